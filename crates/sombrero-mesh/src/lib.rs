@@ -1,0 +1,22 @@
+#![doc = include_str!("../README.md")]
+
+mod collapse;
+mod ids;
+mod mesh;
+mod sides;
+mod soup;
+mod validate;
+mod weld;
+
+pub mod geometry;
+pub mod repair;
+pub mod shapes;
+pub mod topology;
+
+pub use collapse::{Collapse, CollapseError};
+pub use ids::{EdgeId, FaceId, HalfedgeId, VertexId};
+pub use mesh::{Mesh, TopologyError};
+pub use repair::repair;
+pub use soup::{BoundingBox, Soup};
+pub use validate::Violation;
+pub use weld::Weld;
