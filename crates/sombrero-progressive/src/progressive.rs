@@ -1,0 +1,113 @@
+//! A base mesh and the vertex splits that lead back to the full mesh (the paper, section 3; Hoppe 1996).
+
+use crate::build::collapse_all;
+use nalgebra::Point3;
+use sombrero_mesh::{Collapse, HalfedgeId, Mesh, VertexId};
+
+/// A mesh at any of its levels of detail, between the base (level 0) and the full mesh.
+///
+/// Every vertex of a coarser level is a vertex of the full mesh, at the same place and with the same
+/// index: edges are only ever collapsed into one of their ends. Vertex, halfedge and face indices are
+/// those of the full mesh at every level.
+#[derive(Debug, Clone)]
+pub struct ProgressiveMesh {
+    mesh: Mesh,
+    /// In the order in which they led to the base; the last `level()` of them are undone at present.
+    collapses: Vec<Collapse>,
+    level: usize,
+}
+
+/// A refinement step: it introduces `vertex` as a neighbour of `parent`.
+///
+/// ```text
+///          a                 a
+///          |               / | \
+///      ..parent..    →   vertex─parent      halfedge: vertex → parent
+///          |               \ | /
+///          b                 b
+/// ```
+///
+/// On a boundary a or b may be missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct VertexSplit {
+    /// The vertex that the split introduces.
+    pub vertex: VertexId,
+    /// The vertex that is split; it keeps its place.
+    pub parent: VertexId,
+    /// From `vertex` to `parent`; part of the mesh at every level above this split.
+    pub halfedge: HalfedgeId,
+}
+
+impl ProgressiveMesh {
+    /// Simplifies `mesh`, whose vertices stand at `points`, down to its base, and stays there (level 0).
+    ///
+    /// The base is the smallest mesh that restricted edge collapses reach without changing the topology:
+    /// for instance four vertices for a sphere, three for a disc. The result depends on the input alone.
+    ///
+    /// # Panics
+    /// When `points` is shorter than [`Mesh::vertex_bound`].
+    pub fn new(mut mesh: Mesh, points: &[Point3<f64>]) -> Self {
+        assert!(points.len() >= mesh.vertex_bound(), "a point for every vertex");
+        let collapses = collapse_all(&mut mesh, points);
+        Self { mesh, collapses, level: 0 }
+    }
+
+    /// The connectivity at the present level; indices are those of the full mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// How many splits have been applied: 0 at the base, [`split_count`](Self::split_count) at the full mesh.
+    pub fn level(&self) -> usize {
+        self.level
+    }
+
+    /// How many vertex splits lead from the base to the full mesh.
+    pub fn split_count(&self) -> usize {
+        self.collapses.len()
+    }
+
+    /// The `i`-th split in order of refinement; it leads from level `i` to level `i + 1`.
+    pub fn split(&self, i: usize) -> Option<VertexSplit> {
+        let last = self.collapses.len().checked_sub(1)?;
+        let collapse = self.collapses.get(last.checked_sub(i)?)?;
+        Some(VertexSplit { vertex: collapse.removed, parent: collapse.kept, halfedge: collapse.halfedge })
+    }
+
+    /// Applies the next split; `None` at the full mesh.
+    pub fn refine(&mut self) -> Option<VertexSplit> {
+        let split = self.split(self.level)?;
+        let index = self.collapses.len() - 1 - self.level;
+        self.mesh.undo_collapse(&self.collapses[index]);
+        self.level += 1;
+        Some(split)
+    }
+
+    /// Takes back the latest split; `None` at the base.
+    pub fn coarsen(&mut self) -> Option<VertexSplit> {
+        let level = self.level.checked_sub(1)?;
+        let index = self.collapses.len() - 1 - level;
+        let halfedge = self.collapses[index].halfedge;
+        self.collapses[index] =
+            self.mesh.collapse(halfedge).expect("a collapse that was undone can be done again");
+        self.level = level;
+        self.split(level)
+    }
+
+    /// Refines or coarsens to `level`, or to the full mesh when there are fewer levels.
+    pub fn go_to(&mut self, level: usize) {
+        while self.level > level {
+            self.coarsen();
+        }
+        while self.level < level && self.refine().is_some() {}
+    }
+
+    /// The vertices of the base mesh, in index order, whatever the present level.
+    pub fn base_vertices(&self) -> Vec<VertexId> {
+        let mut introduced = vec![false; self.mesh.vertex_bound()];
+        for collapse in &self.collapses {
+            introduced[collapse.removed.index()] = true;
+        }
+        (0..introduced.len()).filter(|&v| !introduced[v]).map(VertexId::new).collect()
+    }
+}
