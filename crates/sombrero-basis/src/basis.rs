@@ -1,0 +1,360 @@
+//! The basis functions of a mesh, and the matrix that inserts a watermark with them (the paper, 3 and 4).
+//!
+//! **Theorem (completeness and independence).** Take the functions of *all* vertex splits, and for each
+//! base vertex the function that is 1 there and 0 elsewhere. Order vertices and functions by age. The
+//! function of split i is 1 at the vertex v_i that the split introduces (r = 0), and 0 at every older
+//! vertex (those are on the loop, outside it, or inside and counted as boundary: see
+//! [`support`](crate::support)). So the n × n matrix of values is triangular with a unit diagonal: the
+//! functions are independent, and being n they are a basis of all functions on the n vertices. A proptest
+//! beside this code checks it.
+
+use crate::BasisFunction;
+use crate::magnitude::{magnitudes, most_significant};
+use crate::radius::radii;
+use crate::support::{Marks, Outline, Support, outlines};
+use nalgebra::{Point3, Vector3};
+use nalgebra_sparse::CscMatrix;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+use sombrero_mesh::VertexId;
+use sombrero_progressive::ProgressiveMesh;
+use thiserror::Error;
+
+/// Which functions to build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BasisOptions {
+    /// m, the number of functions. Default 50, as in the paper.
+    pub coefficients: usize,
+    /// Their profile. Default sombrero.
+    pub function: BasisFunction,
+}
+
+impl Default for BasisOptions {
+    fn default() -> Self {
+        Self { coefficients: 50, function: BasisFunction::default() }
+    }
+}
+
+/// Why there is no basis.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum BasisError {
+    /// The mesh is too small or too flat.
+    #[error("the mesh can carry {available} coefficients, not {wanted}; ask for fewer or use a finer mesh")]
+    TooFewSplits {
+        /// How many were asked for.
+        wanted: usize,
+        /// How many vertex splits change the shape.
+        available: usize,
+    },
+}
+
+/// m scalar functions over the n vertices of a mesh, each with a direction and a height.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basis {
+    /// Φ, n × m: column i holds φ_i at each vertex.
+    values: CscMatrix<f64>,
+    functions: Vec<Function>,
+}
+
+/// What belongs to one basis function beside its values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Function {
+    /// The vertex where the function is 1: a vertex of the mesh that the basis was built on.
+    pub centre: VertexId,
+    /// The vertex split that it belongs to, in order of refinement.
+    pub split: usize,
+    /// h_i, in model units, with its sign.
+    pub height: f64,
+    /// d_i, of unit length: the direction in which the coefficient moves vertices.
+    pub direction: Vector3<f64>,
+}
+
+impl Basis {
+    /// The functions of the `options.coefficients` most significant vertex splits, most significant first.
+    ///
+    /// `points` are those of the full mesh. Leaves `progressive` at the full mesh.
+    ///
+    /// # Errors
+    /// [`BasisError::TooFewSplits`] when fewer splits change the shape.
+    pub fn new(
+        progressive: &mut ProgressiveMesh,
+        points: &[Point3<f64>],
+        options: &BasisOptions,
+    ) -> Result<Self, BasisError> {
+        let wanted = options.coefficients;
+        let all = magnitudes(progressive, points);
+        let splits = most_significant(&all, wanted);
+        if splits.len() < wanted {
+            return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
+        }
+        let outlines = outlines(progressive, &splits);
+        let columns = columns(progressive, points, &outlines, options.function);
+        let functions = outlines.iter().map(|o| Function {
+            centre: o.centre,
+            split: o.split,
+            height: all[o.split].height,
+            direction: all[o.split].direction,
+        });
+        Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect() })
+    }
+
+    /// n, the number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.values.nrows()
+    }
+
+    /// Φ, n × m.
+    pub fn values(&self) -> &CscMatrix<f64> {
+        &self.values
+    }
+
+    /// Centre, height and direction of each function; m entries.
+    pub fn functions(&self) -> &[Function] {
+        &self.functions
+    }
+
+    /// h_i d_i: how far coefficient i = 1 moves its centre at epsilon = 1.
+    pub fn step(&self, i: usize) -> Vector3<f64> {
+        self.functions[i].direction * self.functions[i].height
+    }
+
+    /// B w with B = ε [φ_i h_i d_i]: one displacement for each vertex, in model units.
+    ///
+    /// # Panics
+    /// When `w` has fewer entries than there are functions.
+    pub fn displacements(&self, w: &[f64], epsilon: f64) -> Vec<Vector3<f64>> {
+        let mut moved = vec![Vector3::zeros(); self.vertex_count()];
+        for (i, column) in self.values.col_iter().enumerate() {
+            let step = self.step(i) * (epsilon * w[i]);
+            for (&row, &phi) in column.row_indices().iter().zip(column.values()) {
+                moved[row] += step * phi;
+            }
+        }
+        moved
+    }
+
+    /// The same functions on points of which several vertices are copies: φ at a point is the mean of its
+    /// copies, so that the copies move together. `point_of[v]` is the point of vertex v and must not
+    /// decrease; `points` is how many there are, including those without a copy, which never move.
+    pub fn on_points(&self, point_of: &[u32], points: usize) -> Self {
+        let mut copies = vec![0.0; points];
+        point_of.iter().for_each(|&p| copies[p as usize] += 1.0);
+        let columns: Vec<Column> = self
+            .values
+            .col_iter()
+            .map(|column| {
+                let mut merged: Column = Vec::with_capacity(column.nnz());
+                for (&row, &phi) in column.row_indices().iter().zip(column.values()) {
+                    let point = point_of[row] as usize;
+                    match merged.last_mut() {
+                        Some((last, sum)) if *last == point => *sum += phi,
+                        _ => merged.push((point, phi)),
+                    }
+                }
+                merged.iter_mut().for_each(|(point, phi)| *phi /= copies[*point]);
+                merged
+            })
+            .collect();
+        Self { values: compressed(points, &columns), functions: self.functions.clone() }
+    }
+
+    /// SHA-256 over everything that insertion and extraction depend on: sizes, centres, heights, directions
+    /// and every value of Φ, to the bit.
+    pub fn digest(&self) -> [u8; 32] {
+        let mut hash = Sha256::new();
+        let mut number = |bits: u64| hash.update(bits.to_le_bytes());
+        number(self.values.nrows() as u64);
+        number(self.values.ncols() as u64);
+        for (function, column) in self.functions.iter().zip(self.values.col_iter()) {
+            number(function.centre.index() as u64);
+            number(function.height.to_bits());
+            function.direction.iter().for_each(|x| number(x.to_bits()));
+            number(column.nnz() as u64);
+            for (&row, &phi) in column.row_indices().iter().zip(column.values()) {
+                number(row as u64);
+                number(phi.to_bits());
+            }
+        }
+        hash.finalize().into()
+    }
+}
+
+/// (vertex, φ) in vertex order.
+type Column = Vec<(usize, f64)>;
+
+/// The columns of Φ, each computed on its own, so that threads do not change a bit.
+fn columns(
+    progressive: &ProgressiveMesh,
+    points: &[Point3<f64>],
+    outlines: &[Outline],
+    function: BasisFunction,
+) -> Vec<Column> {
+    let mesh = progressive.mesh();
+    let mut age = vec![0u32; mesh.vertex_bound()];
+    for (born, split) in (1u32..).zip((0..progressive.split_count()).filter_map(|i| progressive.split(i))) {
+        age[split.vertex.index()] = born;
+    }
+    let column = |marks: &mut Marks, outline: &Outline| {
+        let support = Support::fill(mesh, &age, outline, marks);
+        let radii = radii(mesh, points, &support, marks);
+        let mut column: Column =
+            support.interior.iter().zip(radii).map(|(v, r)| (v.index(), function.value(r))).collect();
+        column.sort_unstable_by_key(|entry| entry.0);
+        column
+    };
+    outlines.par_iter().map_init(|| Marks::new(mesh.vertex_bound()), column).collect()
+}
+
+fn compressed(rows: usize, columns: &[Column]) -> CscMatrix<f64> {
+    let mut offsets = vec![0];
+    offsets.extend(columns.iter().scan(0, |end, column| {
+        *end += column.len();
+        Some(*end)
+    }));
+    let entries = || columns.iter().flatten();
+    CscMatrix::try_from_csc_data(
+        rows,
+        columns.len(),
+        offsets,
+        entries().map(|e| e.0).collect(),
+        entries().map(|e| e.1).collect(),
+    )
+    .expect("each column has its rows once, in order")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use sombrero_mesh::{Soup, repair, shapes};
+
+    fn surfaces() -> impl Strategy<Value = Soup> {
+        prop_oneof![
+            Just(shapes::sphere(2)),
+            Just(shapes::torus(12, 8, 1.0, 0.4)),
+            Just(shapes::genus(2, 2)),
+            Just(shapes::genus(3, 1)),
+            Just(shapes::open_sheet(9, 7)),
+            Just(shapes::sheet_with_hole(8, 8)),
+        ]
+    }
+
+    /// A surface whose vertices are shaken, so that collapses come in ever new orders.
+    fn shaken() -> impl Strategy<Value = Soup> {
+        (surfaces(), prop::collection::vec(-1.0..1.0f64, 1..200)).prop_map(|(mut soup, shifts)| {
+            let size = soup.bounding_box().map_or(1.0, |b| b.largest_side());
+            let coordinates = soup.points.iter_mut().flat_map(|p| p.coords.iter_mut());
+            for (x, shift) in coordinates.zip(shifts.iter().cycle()) {
+                *x += 0.03 * size * shift;
+            }
+            soup
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn all_functions_with_the_base_vertices_are_independent_and_complete(soup in shaken(), which in 0usize..3) {
+            let made = repair(&soup);
+            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+            let splits: Vec<usize> = (0..progressive.split_count()).collect();
+            let outlines = outlines(&mut progressive, &splits);
+            prop_assert_eq!(outlines.len(), splits.len());
+            let columns = columns(&progressive, &made.points, &outlines, BasisFunction::ALL[which]);
+
+            // Order by age: base vertices, then vertices by their split.
+            let mut order: Vec<usize> = progressive.base_vertices().iter().map(|v| v.index()).collect();
+            let base = order.len();
+            order.extend(outlines.iter().map(|o| o.centre.index()));
+            let n = made.points.len();
+            prop_assert_eq!(order.len(), n, "as many functions as vertices");
+            let mut age = vec![usize::MAX; n];
+            order.iter().enumerate().for_each(|(i, &v)| age[v] = i);
+            prop_assert!(!age.contains(&usize::MAX), "every vertex once");
+
+            let mut matrix = nalgebra::DMatrix::<f64>::identity(n, n);
+            for (i, column) in columns.iter().enumerate() {
+                for &(v, phi) in column {
+                    matrix[(age[v], base + i)] = phi;
+                    prop_assert!(age[v] >= base + i || phi == 0.0, "zero on every older vertex");
+                }
+                prop_assert_eq!(matrix[(base + i, base + i)], 1.0, "one at the centre");
+            }
+            // Full rank, by solving for a known combination.
+            let weights = nalgebra::DVector::from_fn(n, |i, _| 1.0 + (i % 7) as f64);
+            let solved = matrix.solve_lower_triangular(&(&matrix * &weights));
+            prop_assert!(solved.is_some_and(|x| (x - &weights).amax() < 1e-6 * weights.amax()));
+        }
+
+        #[test]
+        fn radii_are_zero_at_the_centre_and_one_on_the_boundary(soup in shaken()) {
+            let made = repair(&soup);
+            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+            let splits: Vec<usize> = (0..progressive.split_count()).collect();
+            let mut marks = Marks::new(made.points.len());
+            let outlines = outlines(&mut progressive, &splits);
+            let mesh = progressive.mesh();
+            let age = vec![0; made.points.len()];
+            for outline in &outlines {
+                let support = Support::fill(mesh, &age, outline, &mut marks);
+                let r = radii(mesh, &made.points, &support, &mut marks);
+                prop_assert_eq!(r[0], 0.0);
+                prop_assert!(r[1..].iter().all(|r| *r > 0.0 && *r < 1.0));
+                prop_assert!(!support.boundary.is_empty());
+                prop_assert!(support.boundary.iter().all(|b| outline.vertices.contains(b)), "the loop closes the inside off");
+                for pair in outline.vertices.windows(2) {
+                    prop_assert!(mesh.halfedge_between(pair[0], pair[1]).is_some(), "the loop runs along edges");
+                }
+                if !outline.closed {
+                    prop_assert!([outline.vertices[0], outline.vertices[outline.vertices.len() - 1]].iter().all(|v| mesh.is_boundary_vertex(*v)));
+                }
+            }
+        }
+    }
+
+    fn sphere_basis(coefficients: usize) -> Result<Basis, BasisError> {
+        let soup = shapes::bumpy_sphere(600);
+        let made = repair(&soup);
+        let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+        Basis::new(&mut progressive, &made.points, &BasisOptions { coefficients, ..Default::default() })
+    }
+
+    #[test]
+    fn too_small_a_mesh_says_how_much_it_could_carry() {
+        let Err(BasisError::TooFewSplits { wanted: 5000, available }) = sphere_basis(5000) else {
+            panic!("600 vertices cannot carry 5000 coefficients")
+        };
+        assert!(sphere_basis(available).is_ok());
+    }
+
+    #[test]
+    fn displacements_are_the_product_with_the_matrix() {
+        let basis = sphere_basis(7).unwrap();
+        let w: Vec<f64> = (0..7).map(|i| f64::from(i) - 2.5).collect();
+        let moved = basis.displacements(&w, 0.01);
+        for (v, moved) in moved.iter().enumerate() {
+            let mut expected = Vector3::zeros();
+            for (i, w) in w.iter().enumerate() {
+                let phi = basis.values().get_entry(v, i).map_or(0.0, |e| e.into_value());
+                expected += basis.step(i) * (phi * w * 0.01);
+            }
+            assert!((moved - expected).norm() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn copies_of_a_point_share_the_mean_of_their_values() {
+        let basis = sphere_basis(3).unwrap();
+        let n = basis.vertex_count() as u32;
+        let point_of: Vec<u32> = (0..n).map(|v| v / 2).collect();
+        let merged = basis.on_points(&point_of, n.div_ceil(2) as usize + 1);
+        let value =
+            |b: &Basis, v: usize, i: usize| b.values().get_entry(v, i).map_or(0.0, |e| e.into_value());
+        for (point, i) in (0..n as usize / 2).flat_map(|p| (0..3).map(move |i| (p, i))) {
+            let mean = (value(&basis, 2 * point, i) + value(&basis, 2 * point + 1, i)) / 2.0;
+            assert!((value(&merged, point, i) - mean).abs() < 1e-15);
+        }
+    }
+}

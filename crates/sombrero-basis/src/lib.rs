@@ -1,0 +1,11 @@
+#![doc = include_str!("../README.md")]
+
+mod basis;
+mod function;
+
+pub mod magnitude;
+pub mod radius;
+pub mod support;
+
+pub use basis::{Basis, BasisError, BasisOptions, Function};
+pub use function::{BasisFunction, UnknownFunction};

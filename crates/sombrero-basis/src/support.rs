@@ -1,0 +1,225 @@
+//! The support of a basis function: the part of the full mesh around its centre (the paper, section 3,
+//! figure 2b to d).
+//!
+//! The centre of split i is the vertex v that it introduces, and the boundary is v's ring at that level,
+//! tracked through all later splits. A halfedge keeps its identity through splits and each end of it
+//! follows whichever of the two vertices it is still joined to, so there is only one thing to do: where
+//! consecutive halfedges of the loop no longer meet, the edge between the two vertices joins them.
+//!
+//! ```text
+//!       x    y              x    y                x    y
+//!        \  /                \  /                 |    |
+//!         a          →        a       or          u────a      (u is new)
+//!      loop x-a-y             u inside or outside    loop x-u-a-y
+//! ```
+//!
+//! At the mesh's own boundary the ring is a path between two boundary vertices, and what must hold is that
+//! it still ends on the boundary.
+//!
+//! The support is what can be reached from the centre without crossing the loop. A vertex older than the
+//! centre can end up inside the loop (when both of its loop edges follow a new vertex); it counts as
+//! boundary. This makes a basis function vanish on every vertex that is older than its centre, and that
+//! is what the theorem of completeness and independence rests on (see [`Basis`](crate::Basis)).
+
+use sombrero_mesh::{HalfedgeId, Mesh, VertexId};
+use sombrero_progressive::ProgressiveMesh;
+
+/// The tracked boundary of one basis function, on the full mesh.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outline {
+    /// The vertex that the split introduced.
+    pub centre: VertexId,
+    /// The split, counted in order of refinement.
+    pub split: usize,
+    /// The loop's vertices in order. When `closed` is false it is a path whose ends lie on the mesh's
+    /// boundary.
+    pub vertices: Vec<VertexId>,
+    /// Whether the last vertex is joined to the first by a mesh edge.
+    pub closed: bool,
+}
+
+/// Tracks the boundaries of the given splits (in any order) to the full mesh. Leaves `progressive` there.
+///
+/// The result has the order of `splits`.
+pub fn outlines(progressive: &mut ProgressiveMesh, splits: &[usize]) -> Vec<Outline> {
+    let mut by_age: Vec<usize> = (0..splits.len()).collect();
+    by_age.sort_by_key(|&i| splits[i]);
+    progressive.go_to(splits.iter().min().map_or(usize::MAX, |&first| first));
+
+    let mut tracker = Tracker::new(progressive.mesh().vertex_bound());
+    let mut due = by_age.iter().copied().peekable();
+    let mut found: Vec<Option<Loop>> = vec![None; splits.len()];
+    loop {
+        let level = progressive.level();
+        let Some(split) = progressive.refine() else { break };
+        tracker.follow(progressive.mesh(), split.vertex, split.parent, split.halfedge);
+        while let Some(i) = due.next_if(|&i| splits[i] == level) {
+            found[i] = Some(tracker.start(progressive.mesh(), split.vertex));
+        }
+    }
+    let outline = |(found, &split): (Option<Loop>, &usize)| {
+        found.map(|Loop { centre, first, closed }| {
+            let vertices = tracker.vertices(progressive.mesh(), first);
+            Outline { centre, split, vertices, closed }
+        })
+    };
+    found.into_iter().zip(splits).filter_map(outline).collect()
+}
+
+/// All loops under way, as circular linked lists of halfedges.
+struct Tracker {
+    nodes: Vec<Node>,
+    /// For each vertex the nodes that start at it: the places where a loop passes through.
+    passing: Vec<Vec<u32>>,
+}
+
+/// One step of a loop.
+#[derive(Clone, Copy)]
+struct Node {
+    /// From this node's vertex to the next node's; `None` closes a path outside the mesh.
+    halfedge: Option<HalfedgeId>,
+    next: u32,
+    prev: u32,
+}
+
+#[derive(Clone, Copy)]
+struct Loop {
+    centre: VertexId,
+    first: u32,
+    closed: bool,
+}
+
+impl Tracker {
+    fn new(vertex_bound: usize) -> Self {
+        Self { nodes: Vec::new(), passing: vec![Vec::new(); vertex_bound] }
+    }
+
+    /// Starts a loop at the ring of `centre`.
+    fn start(&mut self, mesh: &Mesh, centre: VertexId) -> Loop {
+        let spokes = mesh.outgoing_halfedges(centre).filter(|&h| mesh.face(h).is_some());
+        let closed = !mesh.is_boundary_vertex(centre);
+        let mut steps: Vec<Option<HalfedgeId>> = spokes.map(|h| Some(mesh.next(h))).collect();
+        let mut starts: Vec<VertexId> = steps.iter().flatten().map(|&h| mesh.tail(h)).collect();
+        if !closed {
+            starts.extend(steps.last().copied().flatten().map(|h| mesh.tip(h)));
+            steps.push(None);
+        }
+        let (first, count) = (self.nodes.len() as u32, steps.len() as u32);
+        for (i, (halfedge, start)) in (0u32..).zip(steps.into_iter().zip(starts)) {
+            let (next, prev) = (first + (i + 1) % count, first + (i + count - 1) % count);
+            self.nodes.push(Node { halfedge, next, prev });
+            self.passing[start.index()].push(first + i);
+        }
+        Loop { centre, first, closed }
+    }
+
+    /// Mends all loops through `parent` after a split of it has introduced `new`; `h` runs new → parent.
+    fn follow(&mut self, mesh: &Mesh, new: VertexId, parent: VertexId, h: HalfedgeId) {
+        let passing = std::mem::take(&mut self.passing[parent.index()]);
+        for node in passing {
+            let prev = self.nodes[node as usize].prev;
+            let arrives = self.nodes[prev as usize].halfedge.map(|h| mesh.tip(h));
+            let leaves = self.nodes[node as usize].halfedge.map(|h| mesh.tail(h));
+            // Where a path ends, it may end at either vertex that is on the mesh's boundary.
+            let on_boundary = |v: VertexId| if mesh.is_boundary_vertex(v) { v } else { parent };
+            let (arrives, leaves) = match (arrives, leaves) {
+                (Some(a), Some(b)) => (a, b),
+                (Some(a), None) => (a, on_boundary(a)),
+                (None, Some(b)) => (on_boundary(b), b),
+                (None, None) => (parent, parent),
+            };
+            self.passing[leaves.index()].push(node);
+            if arrives != leaves {
+                let bridge = if arrives == new { h } else { h.twin() };
+                let inserted = self.insert_before(node, bridge);
+                self.passing[arrives.index()].push(inserted);
+            }
+        }
+    }
+
+    fn insert_before(&mut self, node: u32, halfedge: HalfedgeId) -> u32 {
+        let inserted = self.nodes.len() as u32;
+        let prev = std::mem::replace(&mut self.nodes[node as usize].prev, inserted);
+        self.nodes[prev as usize].next = inserted;
+        self.nodes.push(Node { halfedge: Some(halfedge), next: node, prev });
+        inserted
+    }
+
+    /// The vertices of a loop in order, from its first node; a path from its first end to its last.
+    fn vertices(&self, mesh: &Mesh, first: u32) -> Vec<VertexId> {
+        // A bridge may have been inserted before the first node of a path: start after the closing node.
+        let start = self.cycle(first).find(|&i| self.nodes[i as usize].halfedge.is_none());
+        let start = start.map_or(first, |closing| self.nodes[closing as usize].next);
+        let steps: Vec<Option<HalfedgeId>> =
+            self.cycle(start).map(|i| self.nodes[i as usize].halfedge).collect();
+        let last = |i: usize| steps[i - 1].map(|h| mesh.tip(h));
+        (0..steps.len()).filter_map(|i| steps[i].map(|h| mesh.tail(h)).or_else(|| last(i))).collect()
+    }
+
+    fn cycle(&self, first: u32) -> impl Iterator<Item = u32> + '_ {
+        let mut at = Some(first);
+        std::iter::from_fn(move || {
+            let here = at?;
+            let next = self.nodes[here as usize].next;
+            at = (next != first).then_some(next);
+            Some(here)
+        })
+    }
+}
+
+/// The inside and the boundary of a support, on the full mesh.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Support {
+    /// Vertices strictly inside, the centre first, in the order in which a breadth-first search finds them.
+    pub interior: Vec<VertexId>,
+    /// Vertices next to the inside that bound it: loop vertices, and vertices older than the centre.
+    pub boundary: Vec<VertexId>,
+}
+
+/// Scratch space of one entry a vertex, kept between calls to spare the allocation; clear between them.
+#[derive(Debug, Clone)]
+pub struct Marks {
+    seen: Vec<bool>,
+    on_loop: Vec<bool>,
+    /// For each vertex of the support its place (interior first, then boundary), else `NOWHERE`.
+    pub(crate) place: Vec<u32>,
+}
+
+pub(crate) const NOWHERE: u32 = u32::MAX;
+
+impl Marks {
+    /// For meshes of up to `vertex_bound` vertices.
+    pub fn new(vertex_bound: usize) -> Self {
+        let flags = vec![false; vertex_bound];
+        Self { seen: flags.clone(), on_loop: flags, place: vec![NOWHERE; vertex_bound] }
+    }
+}
+
+impl Support {
+    /// Fills `outline` from its centre. `age[v]` is 0 for base vertices, else one more than the number of
+    /// the split that introduced v.
+    pub fn fill(mesh: &Mesh, age: &[u32], outline: &Outline, marks: &mut Marks) -> Self {
+        let Marks { seen, on_loop, .. } = marks;
+        outline.vertices.iter().for_each(|v| on_loop[v.index()] = true);
+        let born = age[outline.centre.index()];
+        let mut interior = vec![outline.centre];
+        let mut boundary = Vec::new();
+        seen[outline.centre.index()] = true;
+        let mut done = 0;
+        while let Some(&v) = interior.get(done) {
+            done += 1;
+            for w in mesh.vertices_around_vertex(v) {
+                if std::mem::replace(&mut seen[w.index()], true) {
+                    continue;
+                }
+                if on_loop[w.index()] || age[w.index()] < born { &mut boundary } else { &mut interior }
+                    .push(w);
+            }
+        }
+        for v in interior.iter().chain(&boundary) {
+            seen[v.index()] = false;
+        }
+        outline.vertices.iter().for_each(|v| on_loop[v.index()] = false);
+        Self { interior, boundary }
+    }
+}
