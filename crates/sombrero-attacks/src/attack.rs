@@ -1,0 +1,227 @@
+//! The battery: every attack by name, alone or one after the other.
+
+use crate::crop::crop;
+use crate::noise::noise;
+use crate::reorder::reorder;
+use crate::second::{SecondMark, second_watermark};
+use crate::simplify::simplify;
+use crate::smooth::{Smoothing, smooth};
+use crate::transform::{Transform, random_similarity};
+use rand::Rng;
+use sombrero_basis::BasisError;
+use sombrero_mesh::Soup;
+use thiserror::Error;
+
+/// One attack with its parameters. As text it is a spec such as `noise:amplitude=0.002`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Attack {
+    /// Nothing.
+    None,
+    /// Vertices, faces and the corners of faces in random order.
+    Reorder,
+    /// A random vector for each vertex, no longer than `amplitude` times the largest bounding-box side.
+    Noise {
+        /// Fraction of the largest side.
+        amplitude: f64,
+    },
+    /// Taubin's filter.
+    Smooth(Smoothing),
+    /// A similarity transform.
+    Transform(Transform),
+    /// Full edge collapse to `ratio` times the number of faces.
+    Simplify {
+        /// Fraction of the faces that stays.
+        ratio: f64,
+    },
+    /// A second mark by somebody else.
+    Watermark(SecondMark),
+    /// Drops the vertices in the right `fraction` of the bounding box.
+    Crop {
+        /// Fraction of the box's x side.
+        fraction: f64,
+    },
+}
+
+/// What is left after an attack.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attacked {
+    /// The mesh.
+    pub soup: Soup,
+    /// For each of its vertices the vertex of the attacked mesh that it is; `None` for a new one.
+    pub source: Vec<Option<u32>>,
+}
+
+impl Attacked {
+    /// The same vertices, moved or not.
+    pub(crate) fn in_place(soup: Soup) -> Self {
+        let source = (0..soup.points.len() as u32).map(Some).collect();
+        Self { soup, source }
+    }
+
+    /// Where each of `vertices` vertices of the attacked mesh is now; `None` for those that are gone.
+    /// Undoes reordering and cropping: the known correspondence of the paper's rows K and O.
+    pub fn correspondence(&self, vertices: usize) -> Vec<Option<nalgebra::Point3<f64>>> {
+        let mut found = vec![None; vertices];
+        for (&source, &point) in self.source.iter().zip(&self.soup.points) {
+            if let Some(slot) = source.and_then(|v| found.get_mut(v as usize)) {
+                *slot = Some(point);
+            }
+        }
+        found
+    }
+}
+
+/// Why an attack cannot be made.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum AttackError {
+    /// A parameter is out of its range.
+    #[error("the attack's parameter {name}={value} is not usable; it must be {range}")]
+    Parameter {
+        /// Its name in the spec.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// What it may be, in words.
+        range: &'static str,
+    },
+    /// No face is left, or there was none.
+    #[error("the attack leaves no face of the mesh; use a weaker one or a mesh with faces")]
+    NothingLeft,
+    /// The mesh cannot carry the second mark.
+    #[error("a second mark does not fit: {0}")]
+    SecondMark(#[from] BasisError),
+}
+
+/// Applies one attack.
+///
+/// # Errors
+/// [`AttackError`] when a parameter is out of range or nothing would be left.
+pub fn apply<R: Rng + ?Sized>(attack: &Attack, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
+    if soup.triangles.is_empty() {
+        return Err(AttackError::NothingLeft);
+    }
+    let moved = |points| Attacked::in_place(Soup::new(points, soup.triangles.clone()));
+    match attack {
+        Attack::None => Ok(Attacked::in_place(soup.clone())),
+        Attack::Reorder => Ok(reorder(soup, rng)),
+        Attack::Noise { amplitude } => {
+            in_range("amplitude", *amplitude, (0.0, 10.0), "between 0 and 10")?;
+            let side = soup.bounding_box().map_or(0.0, |b| b.largest_side());
+            Ok(moved(noise(&soup.points, amplitude * side, rng)))
+        }
+        Attack::Smooth(smoothing) => {
+            in_range("lambda", smoothing.lambda, (0.0, 1.0), "between 0 and 1")?;
+            in_range("mu", smoothing.mu, (-2.0, 0.0), "between -2 and 0")?;
+            Ok(moved(smooth(soup, smoothing)))
+        }
+        Attack::Transform(transform) => {
+            let similarity = random_similarity(transform, soup, rng)?;
+            Ok(moved(soup.points.iter().map(|p| similarity * p).collect()))
+        }
+        Attack::Simplify { ratio } => {
+            in_range("ratio", *ratio, (0.0, 1.0), "between 0 and 1")?;
+            Ok(simplify(soup, *ratio))
+        }
+        Attack::Watermark(mark) => Ok(moved(second_watermark(soup, mark, rng)?)),
+        Attack::Crop { fraction } => {
+            in_range("fraction", *fraction, (0.0, 1.0), "between 0 and 1")?;
+            crop(soup, *fraction)
+        }
+    }
+}
+
+/// Applies attacks in order; `source` of the result leads back to the first mesh.
+///
+/// # Errors
+/// As [`apply`].
+pub fn apply_all<R: Rng + ?Sized>(
+    attacks: &[Attack],
+    soup: &Soup,
+    rng: &mut R,
+) -> Result<Attacked, AttackError> {
+    attacks.iter().try_fold(Attacked::in_place(soup.clone()), |before, attack| {
+        let after = apply(attack, &before.soup, rng)?;
+        let source = after.source.iter().map(|s| s.and_then(|v| before.source[v as usize])).collect();
+        Ok(Attacked { soup: after.soup, source })
+    })
+}
+
+pub(crate) fn in_range(
+    name: &'static str,
+    value: f64,
+    (least, most): (f64, f64),
+    range: &'static str,
+) -> Result<(), AttackError> {
+    if value >= least && value <= most { Ok(()) } else { Err(AttackError::Parameter { name, value, range }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use sombrero_mesh::{repair, shapes};
+
+    fn battery() -> Vec<Attack> {
+        let specs = "none reorder noise:amplitude=0.01 smooth transform simplify:ratio=0.5 watermark crop:fraction=0.333";
+        specs.split(' ').map(|s| s.parse().unwrap()).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(12))]
+
+        #[test]
+        fn every_sequence_leaves_a_mesh_with_known_sources(order in prop::collection::vec(0usize..8, 1..5), seed in any::<u64>()) {
+            let soup = shapes::bumpy_sphere(700);
+            let attacks: Vec<Attack> = order.iter().map(|&i| battery()[i]).collect();
+            let run = || apply_all(&attacks, &soup, &mut ChaCha8Rng::seed_from_u64(seed));
+            let attacked = match run() {
+                // Repeated cropping and simplifying may leave too little for a second mark.
+                Err(AttackError::SecondMark(_)) => return Ok(()),
+                other => other.unwrap(),
+            };
+            prop_assert_eq!(&attacked, &run().unwrap(), "same seed, same mesh");
+            prop_assert_eq!(attacked.source.len(), attacked.soup.points.len());
+            prop_assert!(!attacked.soup.triangles.is_empty());
+            prop_assert!(repair(&attacked.soup).report.is_clean());
+            let mut sources: Vec<u32> = attacked.source.iter().flatten().copied().collect();
+            let count = sources.len();
+            sources.sort_unstable();
+            sources.dedup();
+            prop_assert_eq!(sources.len(), count, "no two vertices from one");
+        }
+    }
+
+    #[test]
+    fn cropping_and_reordering_are_undone_by_the_correspondence() {
+        let soup = shapes::bumpy_sphere(700);
+        let attacks = ["reorder", "crop:fraction=0.5"].map(|s| s.parse().unwrap());
+        let attacked = apply_all(&attacks, &soup, &mut ChaCha8Rng::seed_from_u64(3)).unwrap();
+        let found = attacked.correspondence(soup.points.len());
+        assert!(found.iter().zip(&soup.points).all(|(f, p)| f.is_none_or(|f| f == *p)));
+        assert_eq!(found.iter().flatten().count(), attacked.soup.points.len());
+    }
+
+    #[test]
+    fn senseless_parameters_are_refused() {
+        let soup = shapes::sphere(1);
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        for attack in [
+            Attack::Noise { amplitude: -1.0 },
+            Attack::Noise { amplitude: f64::NAN },
+            Attack::Simplify { ratio: 1.5 },
+            Attack::Smooth(Smoothing { mu: 0.5, ..Smoothing::default() }),
+            Attack::Transform(Transform { scale: Some(0.0), ..Transform::default() }),
+        ] {
+            assert!(
+                matches!(apply(&attack, &soup, &mut rng), Err(AttackError::Parameter { .. })),
+                "{attack:?}"
+            );
+        }
+        assert_eq!(apply(&Attack::Crop { fraction: 1.0 }, &soup, &mut rng), Err(AttackError::NothingLeft));
+        assert_eq!(apply(&Attack::None, &Soup::default(), &mut rng), Err(AttackError::NothingLeft));
+    }
+}

@@ -1,0 +1,41 @@
+//! White noise (the paper's rows C to E): vertex j moves by a vector drawn evenly from a ball.
+//!
+//! The paper gives only the length of the largest displacement as a fraction of the largest side.
+
+use nalgebra::{Point3, Vector3};
+use rand::{Rng, RngExt};
+
+/// Moves each point by a random vector no longer than `radius`, in model units.
+pub fn noise<R: Rng + ?Sized>(points: &[Point3<f64>], radius: f64, rng: &mut R) -> Vec<Point3<f64>> {
+    points.iter().map(|p| p + in_unit_ball(rng) * radius).collect()
+}
+
+/// An even draw from the unit ball, by rejection from the cube (no trigonometry, so the same everywhere).
+pub(crate) fn in_unit_ball<R: Rng + ?Sized>(rng: &mut R) -> Vector3<f64> {
+    loop {
+        let v = Vector3::from_fn(|_, _| 2.0 * rng.random::<f64>() - 1.0);
+        if v.norm_squared() <= 1.0 {
+            return v;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn displacements_fill_the_ball_evenly() {
+        let n = 20_000;
+        let moved = noise(&vec![Point3::origin(); n], 2.0, &mut ChaCha8Rng::seed_from_u64(1));
+        let mean = moved.iter().map(|p| p.coords).sum::<Vector3<f64>>() / n as f64;
+        assert!(mean.norm() < 0.03);
+        let longest = moved.iter().map(|p| p.coords.norm()).fold(0.0, f64::max);
+        assert!(longest <= 2.0 && longest > 1.99);
+        // Mean square of an even ball of radius R: 3/5 R².
+        let square = moved.iter().map(|p| p.coords.norm_squared()).sum::<f64>() / n as f64;
+        assert!((square - 2.4).abs() < 0.03);
+    }
+}

@@ -1,0 +1,104 @@
+//! Taubin's filter (row F): each iteration shrinks by λ and swells by μ < -λ.
+//!
+//!   v ← v + λ L v,  then  v ← v + μ L v,   with L v = mean of the neighbours - v.
+//!
+//! Frequencies k of L below 1/λ + 1/μ pass, so the shape does not shrink. The paper says "10 iterations"
+//! without λ and μ; the defaults are Taubin's own of 1995 (key `taubin1995`), with a pass band of 0.1.
+
+use nalgebra::{Point3, Vector3};
+use sombrero_mesh::Soup;
+
+/// How much to smooth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Smoothing {
+    /// Iterations of one shrinking and one swelling step. Default 10.
+    pub iterations: usize,
+    /// λ, between 0 and 1. Default 0.33.
+    pub lambda: f64,
+    /// μ, below -λ. Default -0.34.
+    pub mu: f64,
+}
+
+impl Default for Smoothing {
+    fn default() -> Self {
+        Self { iterations: 10, lambda: 0.33, mu: -0.34 }
+    }
+}
+
+/// The smoothed positions. Vertices without a face stay where they are.
+pub fn smooth(soup: &Soup, smoothing: &Smoothing) -> Vec<Point3<f64>> {
+    let neighbours = Neighbours::new(soup);
+    let mut points = soup.points.clone();
+    for _ in 0..smoothing.iterations {
+        for factor in [smoothing.lambda, smoothing.mu] {
+            points = neighbours.step(&points, factor);
+        }
+    }
+    points
+}
+
+/// The neighbours of each vertex, one after the other.
+struct Neighbours {
+    starts: Vec<usize>,
+    all: Vec<u32>,
+}
+
+impl Neighbours {
+    fn new(soup: &Soup) -> Self {
+        let n = soup.points.len();
+        let mut pairs: Vec<(u32, u32)> = soup
+            .triangles
+            .iter()
+            .filter(|corners| corners.iter().all(|&v| (v as usize) < n))
+            .flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)])
+            .filter(|(a, b)| a != b)
+            .collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut starts = vec![0; n + 1];
+        pairs.iter().for_each(|&(v, _)| starts[v as usize + 1] += 1);
+        (0..n).for_each(|v| starts[v + 1] += starts[v]);
+        Self { starts, all: pairs.into_iter().map(|(_, w)| w).collect() }
+    }
+
+    /// v + factor · L v.
+    fn step(&self, points: &[Point3<f64>], factor: f64) -> Vec<Point3<f64>> {
+        let moved = |v: usize| {
+            let ring = &self.all[self.starts[v]..self.starts[v + 1]];
+            if ring.is_empty() {
+                return points[v];
+            }
+            let sum: Vector3<f64> = ring.iter().map(|&w| points[w as usize] - points[v]).sum();
+            points[v] + sum * (factor / ring.len() as f64)
+        };
+        (0..points.len()).map(moved).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use sombrero_mesh::shapes;
+
+    #[test]
+    fn noise_goes_and_the_sphere_stays() {
+        let sphere = shapes::sphere(4);
+        let rough = crate::noise(&sphere.points, 0.02, &mut ChaCha8Rng::seed_from_u64(2));
+        let deviation = |points: &[Point3<f64>]| {
+            let sum: f64 = points.iter().map(|p| (p.coords.norm() - 1.0).powi(2)).sum();
+            (sum / points.len() as f64).sqrt()
+        };
+        let smoothed = smooth(&Soup::new(rough.clone(), sphere.triangles), &Smoothing::default());
+        assert!(deviation(&smoothed) < 0.5 * deviation(&rough));
+        let mean = smoothed.iter().map(|p| p.coords.norm()).sum::<f64>() / smoothed.len() as f64;
+        assert!((mean - 1.0).abs() < 2e-3, "no shrinking");
+    }
+
+    #[test]
+    fn no_iteration_moves_nothing() {
+        let soup = shapes::open_sheet(5, 5);
+        assert_eq!(smooth(&soup, &Smoothing { iterations: 0, ..Smoothing::default() }), soup.points);
+    }
+}
