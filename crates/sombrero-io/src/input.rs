@@ -1,0 +1,86 @@
+//! Reading a file's bytes, with a limit.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+use crate::error::ReadError;
+
+/// How much a reader takes in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Limits {
+    /// The largest file that is read, in bytes. Memory use stays within a small multiple of the file's size.
+    pub max_bytes: u64,
+}
+
+impl Default for Limits {
+    /// 2 GiB: several times the largest scans that people exchange.
+    fn default() -> Self {
+        Self { max_bytes: 2 << 30 }
+    }
+}
+
+impl Limits {
+    /// These limits with another largest size.
+    pub fn with_max_bytes(self, max_bytes: u64) -> Self {
+        Self { max_bytes }
+    }
+}
+
+/// The bytes of the regular file at `path`.
+pub(crate) fn read_bytes(path: &Path, limits: Limits) -> Result<Vec<u8>, ReadError> {
+    let failed = |source| ReadError::Io { path: path.to_owned(), source };
+    let too_large = || ReadError::TooLarge { path: path.to_owned(), limit: limits.max_bytes };
+    // Asked before opening, since opening a pipe would wait for its writer.
+    if !fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(ReadError::NotAFile { path: path.to_owned() });
+    }
+    let file = File::open(path).map_err(failed)?;
+    let length = file.metadata().map_err(failed)?.len();
+    if length > limits.max_bytes {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
+    // The file may grow while it is read: one byte over the limit tells.
+    file.take(limits.max_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > limits.max_bytes {
+        return Err(too_large());
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_directory_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(matches!(read_bytes(folder.path(), Limits::default()), Err(ReadError::NotAFile { .. })));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_refused() {
+        let read = read_bytes(Path::new("/dev/zero"), Limits::default());
+        assert!(matches!(read, Err(ReadError::NotAFile { .. })));
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let error = read_bytes(Path::new("nowhere.obj"), Limits::default()).unwrap_err();
+        assert!(matches!(error, ReadError::Io { .. }));
+        assert!(error.to_string().starts_with("nowhere.obj: cannot be read"));
+    }
+
+    #[test]
+    fn the_limit_is_exact() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ten");
+        fs::write(&path, [7; 10]).unwrap();
+        assert_eq!(read_bytes(&path, Limits::default().with_max_bytes(10)).unwrap(), [7; 10]);
+        let refused = read_bytes(&path, Limits::default().with_max_bytes(9));
+        assert!(matches!(refused, Err(ReadError::TooLarge { limit: 9, .. })));
+    }
+}

@@ -1,0 +1,26 @@
+#![doc = include_str!("../README.md")]
+
+mod attributes;
+mod document;
+mod error;
+mod format;
+mod input;
+mod obj;
+mod off;
+mod output;
+mod ply;
+mod polygon;
+#[cfg(test)]
+mod properties;
+mod splice;
+mod stl;
+mod text;
+
+#[cfg(test)]
+mod testing;
+
+pub use document::{Document, encode};
+pub use error::{ParseError, Place, ReadError, WriteError};
+pub use format::Format;
+pub use input::Limits;
+pub use output::{Overwrite, write_atomically};

@@ -1,0 +1,346 @@
+//! Wavefront OBJ: lines of text, each a keyword and its words.
+//!
+//! Read: `v` and `f` (polygons, negative indices, every form of `v/vt/vn`), with comments, any line end and
+//! lines joined by a backslash. Everything else (texture coordinates, normals, groups, materials, lines,
+//! curves, weights and colours behind a position) is kept unread. Only the three coordinates of `v` lines are
+//! rewritten.
+
+use std::ops::Range;
+
+use nalgebra::Point3;
+use sombrero_mesh::Soup;
+
+use crate::attributes::Attributes;
+use crate::document::{self, Parsed};
+use crate::error::{ParseError, Place};
+use crate::format::Format;
+use crate::polygon;
+use crate::text::{self, Joining, Lines};
+
+/// What the statements beside `v` and `f` are called among the attributes.
+const STATEMENTS: &[(&[u8], &str)] = &[
+    (b"vn", "normals"),
+    (b"vt", "texture coordinates"),
+    (b"usemtl", "materials"),
+    (b"mtllib", "materials"),
+    (b"usemap", "materials"),
+    (b"maplib", "materials"),
+    (b"g", "groups"),
+    (b"o", "objects"),
+    (b"s", "smoothing groups"),
+    (b"mg", "smoothing groups"),
+    (b"l", "lines"),
+    (b"p", "points"),
+    (b"vp", "curves and surfaces"),
+    (b"cstype", "curves and surfaces"),
+    (b"deg", "curves and surfaces"),
+    (b"curv", "curves and surfaces"),
+    (b"curv2", "curves and surfaces"),
+    (b"surf", "curves and surfaces"),
+];
+
+/// Whether the first statement is one that OBJ knows.
+pub(crate) fn is_obj(bytes: &[u8]) -> bool {
+    let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
+    lines.first_word().is_some_and(|word| {
+        let keyword = &bytes[word];
+        matches!(keyword, b"v" | b"f" | b"fo") || statement_name(keyword).is_some()
+    })
+}
+
+fn statement_name(keyword: &[u8]) -> Option<&'static str> {
+    STATEMENTS.iter().find(|(known, _)| *known == keyword).map(|(_, name)| *name)
+}
+
+/// Where the coordinates stand.
+#[derive(Debug, Clone)]
+pub(crate) struct Layout {
+    /// For each vertex the byte behind its `v`.
+    slots: Vec<usize>,
+}
+
+impl Layout {
+    pub(crate) fn rewrite(&self, source: &[u8], old: &[Point3<f64>], new: &[Point3<f64>]) -> Vec<u8> {
+        text::rewrite_points(source, &self.slots, Joining::Backslash, old, new)
+    }
+}
+
+/// Reads the whole file.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
+    let reader = Reader::new(bytes, None).run()?;
+    let count = reader.soup.points.len();
+    if reader.needed > count {
+        // Faces may come before their vertices, so only now is it known that one is wrong; a second run, which
+        // knows the count, stops at its line.
+        Reader::new(bytes, Some(count)).run()?;
+    }
+    Ok(Parsed {
+        format: Format::Obj,
+        soup: reader.soup,
+        attributes: reader.attributes.into_names(),
+        layout: document::Layout::Obj(Layout { slots: reader.slots }),
+    })
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+    lines: Lines<'a>,
+    /// How many vertices the whole file has, once that is known.
+    count: Option<usize>,
+    soup: Soup,
+    slots: Vec<usize>,
+    attributes: Attributes,
+    /// Corners of the face being read.
+    corners: Vec<u32>,
+    /// How many vertices the faces read so far need.
+    needed: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn new(bytes: &'a [u8], count: Option<usize>) -> Self {
+        Self {
+            bytes,
+            lines: Lines::new(bytes, text::beginning(bytes), Joining::Backslash),
+            count,
+            soup: Soup::default(),
+            slots: Vec::new(),
+            attributes: Attributes::default(),
+            corners: Vec::new(),
+            needed: 0,
+        }
+    }
+
+    fn run(mut self) -> Result<Self, ParseError> {
+        loop {
+            if let Some(word) = self.lines.word() {
+                match &self.bytes[word.clone()] {
+                    b"v" => self.vertex(word.start)?,
+                    b"f" | b"fo" => self.face(word.start)?,
+                    other => {
+                        if let Some(name) = statement_name(other) {
+                            self.attributes.note(name);
+                        }
+                    }
+                }
+            }
+            if !self.lines.next_line() {
+                return Ok(self);
+            }
+        }
+    }
+
+    fn vertex(&mut self, start: usize) -> Result<(), ParseError> {
+        self.slots.push(self.lines.at());
+        self.soup.points.push(text::point(&mut self.lines, self.bytes, start)?);
+        let extra = std::iter::from_fn(|| self.lines.word()).count();
+        match extra {
+            0 => {}
+            1 => self.attributes.note("weights"),
+            _ => self.attributes.note("colours"),
+        }
+        Ok(())
+    }
+
+    fn face(&mut self, start: usize) -> Result<(), ParseError> {
+        self.corners.clear();
+        while let Some(word) = self.lines.word() {
+            let corner = self.corner(word, start)?;
+            self.corners.push(corner);
+        }
+        polygon::fan(&self.corners, &mut self.soup.triangles);
+        Ok(())
+    }
+
+    /// The vertex that `word` (such as `7`, `-1/4` or `7/4/2`) names.
+    fn corner(&mut self, word: Range<usize>, start: usize) -> Result<u32, ParseError> {
+        let word = &self.bytes[word];
+        let digits = word.split(|&b| b == b'/').next().unwrap_or_default();
+        let index = text::integer(digits)
+            .ok_or_else(|| ParseError::NotANumber { place: self.line(start), found: text::quoted(word) })?;
+        let so_far = self.soup.points.len();
+        let vertex = match index {
+            1.. => usize::try_from(index - 1).ok(),
+            0 => None,
+            _ => usize::try_from(index.unsigned_abs()).ok().and_then(|back| so_far.checked_sub(back)),
+        };
+        let within = vertex.filter(|&v| self.count.is_none_or(|count| v < count));
+        let vertex = within.and_then(|v| u32::try_from(v).ok());
+        let Some(vertex) = vertex else {
+            return self.out_of_range(index, start);
+        };
+        self.needed = self.needed.max(vertex as usize + 1);
+        Ok(vertex)
+    }
+
+    /// Index 0 and absurd ones are found out before the vertices are counted.
+    fn out_of_range(&self, index: i64, start: usize) -> Result<u32, ParseError> {
+        let count = match self.count {
+            _ if index < 0 => self.soup.points.len(),
+            Some(count) => count,
+            None => count_vertices(self.bytes),
+        };
+        Err(ParseError::IndexOutOfRange { place: self.line(start), index, first: 1, count })
+    }
+
+    fn line(&self, start: usize) -> Place {
+        text::line_at(self.bytes, start)
+    }
+}
+
+fn count_vertices(bytes: &[u8]) -> usize {
+    let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
+    let mut count = 0;
+    loop {
+        count += usize::from(lines.word().is_some_and(|word| &bytes[word] == b"v"));
+        if !lines.next_line() {
+            return count;
+        }
+    }
+}
+
+/// A new file with `v` and `f` lines only.
+pub(crate) fn encode(soup: &Soup) -> Vec<u8> {
+    let mut out = Vec::new();
+    for point in &soup.points {
+        out.extend_from_slice(b"v ");
+        text::push_point(&mut out, point);
+        out.push(b'\n');
+    }
+    for triangle in &soup.triangles {
+        out.push(b'f');
+        for &corner in triangle {
+            out.push(b' ');
+            text::push_integer(&mut out, u64::from(corner) + 1);
+        }
+        out.push(b'\n');
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Document;
+    use crate::testing::{moved, parse_error, read};
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    #[test]
+    fn faces_in_every_form() {
+        for face in [
+            "f 1 2 3 4",
+            "f 1/1 2/2 3/3 4/4",
+            "f 1//1 2//1 3//1 4//1",
+            "f 1/1/1 2/2/1 -2/3/1 -1",
+            "fo 1 2 3 4",
+        ] {
+            let document = read(format!("{SQUARE}{face}\n"), "obj");
+            assert_eq!(document.triangles(), [[0, 1, 2], [0, 2, 3]], "{face}");
+        }
+    }
+
+    #[test]
+    fn faces_may_come_before_their_vertices() {
+        assert_eq!(read(format!("f 1 2 3\n{SQUARE}"), "obj").triangles(), [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn lines_are_joined_and_end_in_any_way() {
+        let text = "v 0 \\\n0 0\r\nv 1 \\\r\n 0 0\rv 0 1 0\nf 1 \\\n 2\\\n 3";
+        let document = read(text, "obj");
+        assert_eq!(document.points().len(), 3);
+        assert_eq!(document.triangles(), [[0, 1, 2]]);
+        let (bytes, points) = moved(&document);
+        let text = String::from_utf8(bytes).unwrap();
+        assert_eq!(text.matches("\\\n").count(), 3);
+        assert_eq!(text.matches("\\\r\n").count(), 1);
+        assert_eq!(read(text, "obj").points(), points);
+    }
+
+    #[test]
+    fn everything_beside_coordinates_is_kept_and_named() {
+        let text = "# a comment\r\nmtllib m.mtl\r\no thing\r\nv  0.50 1e0 +2. 0.1 0.2 0.3 # note\r\nv 1 1 1\r\n\
+                    vt 0 0\r\nvn 0 0 1\r\ng a b\r\nusemtl red\r\ns off\r\n\
+                    l 1 2\r\np 1\r\nnew_thing 1 2\r\nf 1 2 1\r\n";
+        let document = read(text, "obj");
+        let names = [
+            "materials",
+            "objects",
+            "colours",
+            "texture coordinates",
+            "normals",
+            "groups",
+            "smoothing groups",
+            "lines",
+            "points",
+        ];
+        assert_eq!(document.attributes(), names);
+        let mut points = document.points().to_vec();
+        points[0].y = 7.0;
+        let bytes = document.with_points(&points).unwrap();
+        let expected = text.replace("0.50 1e0 +2.", "0.50 7.0 +2.");
+        assert_eq!(String::from_utf8(bytes).unwrap(), expected);
+    }
+
+    #[test]
+    fn three_to_seven_numbers() {
+        let text = "v 1 2 3\nv 1 2 3 1\nv 1 2 3 .1 .2 .3\nv 1 2 3 1 .1 .2 .3\n";
+        let document = read(text, "obj");
+        assert!(document.points().iter().all(|p| *p == Point3::new(1.0, 2.0, 3.0)));
+        assert_eq!(document.attributes(), ["weights", "colours"]);
+    }
+
+    #[test]
+    fn small_faces_are_kept_but_make_no_triangle() {
+        assert_eq!(read(format!("{SQUARE}f 1 2\nf\n"), "obj").triangles().len(), 0);
+    }
+
+    #[test]
+    fn a_wrong_index_is_found_with_its_line() {
+        let wrong =
+            |index, count| ParseError::IndexOutOfRange { place: Place::Line(6), index, first: 1, count };
+        for (index, count) in [(99, 4), (0, 4), (-5, 4), (5_000_000_000, 4)] {
+            let text = format!("{SQUARE}f 1 2 3\nf 1 2 {index}\n");
+            assert_eq!(parse_error(text, "obj"), wrong(index, count), "{index}");
+        }
+    }
+
+    #[test]
+    fn a_negative_index_counts_the_vertices_so_far() {
+        let text = "v 0 0 0\nv 1 0 0\nf -1 -2 -3\nv 0 0 1\n";
+        let expected = ParseError::IndexOutOfRange { place: Place::Line(3), index: -3, first: 1, count: 2 };
+        assert_eq!(parse_error(text, "obj"), expected);
+    }
+
+    #[test]
+    fn bad_numbers_are_named_with_their_line() {
+        let not = ParseError::NotANumber { place: Place::Line(2), found: "x".into() };
+        assert_eq!(parse_error("v 0 0 0\nv 0 x 0\n", "obj"), not);
+        let not = ParseError::NotANumber { place: Place::Line(2), found: "a/b".into() };
+        assert_eq!(parse_error("v 0 0 0\nf 1 1 a/b\n", "obj"), not);
+        for text in ["nan", "inf", "-Infinity", "1e999"] {
+            let error = parse_error(format!("v 0 0 0\nv 0 0 {text}\n"), "obj");
+            assert_eq!(error, ParseError::NonFinite { place: Place::Line(2) }, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_short_vertex_is_malformed() {
+        let problem = "a vertex needs 3 coordinates, but this one has 2".into();
+        assert_eq!(parse_error("v 0 0\n", "obj"), ParseError::Malformed { place: Place::Line(1), problem });
+    }
+
+    #[test]
+    fn text_without_vertices_is_no_mesh() {
+        assert_eq!(parse_error("hello world\n", "obj"), ParseError::NoVertices);
+        let unknown = Document::parse(b"hello world\n".to_vec(), None).unwrap_err();
+        assert_eq!(unknown, ParseError::Unrecognised);
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_kept() {
+        let document = read("\u{feff}v 0 0 0\n", "obj");
+        let (bytes, _) = moved(&document);
+        assert!(bytes.starts_with("\u{feff}v ".as_bytes()));
+    }
+}

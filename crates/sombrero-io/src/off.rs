@@ -1,0 +1,391 @@
+//! OFF, the text format of Geomview: a keyword, three counts, one vertex a line, one polygon a line.
+//!
+//! Read: `OFF` and its variants with texture coordinates (`ST`), colours (`C`) and normals (`N`), with comments
+//! and any line end; the keyword may be missing if the file's name says OFF. What follows a position or a
+//! polygon on its line is kept unread, as is everything after the last polygon. Refused by name: binary OFF,
+//! and positions that are not three-dimensional (`4OFF`, `nOFF`).
+
+use nalgebra::Point3;
+use sombrero_mesh::Soup;
+
+use crate::attributes::Attributes;
+use crate::document::{self, Parsed};
+use crate::error::{ParseError, Place};
+use crate::format::Format;
+use crate::polygon;
+use crate::text::{self, Joining, Lines};
+
+/// Bytes that a vertex (`0 0 0`) or a polygon (`0`) and its line end take at least.
+const LEAST_VERTEX: u64 = 6;
+const LEAST_FACE: u64 = 2;
+
+/// What the keyword says about the vertices.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+struct Variant {
+    texture: bool,
+    colours: bool,
+    normals: bool,
+    /// `4OFF`: homogeneous coordinates.
+    four: bool,
+    /// `nOFF`: any number of dimensions.
+    any: bool,
+}
+
+impl Variant {
+    /// Understands `[ST][C][N][4][n]OFF`.
+    fn from_keyword(keyword: &[u8]) -> Option<Self> {
+        if keyword == b"off" {
+            return Some(Self::default());
+        }
+        let mut rest = keyword.strip_suffix(b"OFF")?;
+        let mut has = |letters: &[u8]| match rest.strip_prefix(letters) {
+            Some(after) => {
+                rest = after;
+                true
+            }
+            None => false,
+        };
+        let variant = Self {
+            texture: has(b"ST"),
+            colours: has(b"C"),
+            normals: has(b"N"),
+            four: has(b"4"),
+            any: has(b"n"),
+        };
+        rest.is_empty().then_some(variant)
+    }
+
+    fn refused(self) -> Option<&'static str> {
+        match self {
+            Self { any: true, .. } => Some("nOFF (positions of any dimension)"),
+            Self { four: true, .. } => Some("4OFF (homogeneous positions)"),
+            _ => None,
+        }
+    }
+
+    fn note(self, attributes: &mut Attributes) {
+        let names =
+            [(self.normals, "normals"), (self.colours, "colours"), (self.texture, "texture coordinates")];
+        for (_, name) in names.iter().filter(|(has, _)| *has) {
+            attributes.note(name);
+        }
+    }
+}
+
+/// Whether the first word is the keyword.
+pub(crate) fn is_off(bytes: &[u8]) -> bool {
+    let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Never);
+    lines.first_word().is_some_and(|word| Variant::from_keyword(&bytes[word]).is_some())
+}
+
+/// Where the coordinates stand.
+#[derive(Debug, Clone)]
+pub(crate) struct Layout {
+    /// For each vertex the byte where its first coordinate begins.
+    slots: Vec<usize>,
+}
+
+impl Layout {
+    pub(crate) fn rewrite(&self, source: &[u8], old: &[Point3<f64>], new: &[Point3<f64>]) -> Vec<u8> {
+        text::rewrite_points(source, &self.slots, Joining::Never, old, new)
+    }
+}
+
+/// Reads the whole file.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
+    let mut reader = Reader {
+        bytes,
+        lines: Lines::new(bytes, text::beginning(bytes), Joining::Never),
+        attributes: Attributes::default(),
+    };
+    let variant = reader.keyword()?;
+    variant.note(&mut reader.attributes);
+    let [vertices, faces] = reader.counts()?;
+    let (points, slots) = reader.vertices(vertices, variant)?;
+    let triangles = reader.faces(faces, vertices)?;
+    Ok(Parsed {
+        format: Format::Off,
+        soup: Soup::new(points, triangles),
+        attributes: reader.attributes.into_names(),
+        layout: document::Layout::Off(Layout { slots }),
+    })
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+    lines: Lines<'a>,
+    attributes: Attributes,
+}
+
+impl Reader<'_> {
+    /// Passes over the keyword, if there is one.
+    fn keyword(&mut self) -> Result<Variant, ParseError> {
+        let start = self.lines.at();
+        let Some(variant) = self.lines.first_word().and_then(|word| Variant::from_keyword(&self.bytes[word]))
+        else {
+            self.lines = Lines::new(self.bytes, start, Joining::Never);
+            return Ok(Variant::default());
+        };
+        let after = self.lines.at();
+        if self.lines.word().is_some_and(|word| &self.bytes[word] == b"BINARY") {
+            return Err(ParseError::Unsupported { what: "binary OFF" });
+        }
+        if let Some(what) = variant.refused() {
+            return Err(ParseError::Unsupported { what });
+        }
+        // The counts may follow on the same line.
+        self.lines = Lines::new(self.bytes, after, Joining::Never);
+        Ok(variant)
+    }
+
+    /// The numbers of vertices and faces; the number of edges, which nobody needs, may be missing.
+    fn counts(&mut self) -> Result<[usize; 2], ParseError> {
+        let Some(first) = self.lines.first_word() else {
+            return Err(ParseError::Truncated { element: "counts line".into(), index: 0 });
+        };
+        let start = first.start;
+        let vertices = text::integer(&self.bytes[first]);
+        let faces = self.lines.word().and_then(|word| text::integer(&self.bytes[word]));
+        let count = |n: Option<i64>| n.and_then(|n| usize::try_from(n).ok());
+        let (Some(vertices), Some(faces)) = (count(vertices), count(faces)) else {
+            let problem = "expected the numbers of vertices and faces".into();
+            return Err(ParseError::Malformed { place: self.line(start), problem });
+        };
+        if u32::try_from(vertices).is_err() {
+            return Err(ParseError::TooManyVertices);
+        }
+        self.lines.next_line();
+        self.check_claim("vertex", vertices, LEAST_VERTEX)?;
+        Ok([vertices, faces])
+    }
+
+    fn vertices(
+        &mut self,
+        count: usize,
+        variant: Variant,
+    ) -> Result<(Vec<Point3<f64>>, Vec<usize>), ParseError> {
+        let (mut points, mut slots) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for index in 0..count {
+            let start = self.first_word_of("vertex", index)?;
+            slots.push(start);
+            self.lines = Lines::new(self.bytes, start, Joining::Never);
+            points.push(text::point(&mut self.lines, self.bytes, start)?);
+            if variant == Variant::default() && self.lines.word().is_some() {
+                // Many programs write colours without saying so in the keyword.
+                self.attributes.note("unnamed vertex values");
+            }
+            self.lines.next_line();
+        }
+        Ok((points, slots))
+    }
+
+    fn faces(&mut self, count: usize, vertices: usize) -> Result<Vec<[u32; 3]>, ParseError> {
+        self.check_claim("face", count, LEAST_FACE)?;
+        let (mut triangles, mut corners) = (Vec::new(), Vec::new());
+        for index in 0..count {
+            let start = self.first_word_of("face", index)?;
+            self.face(start, vertices, &mut corners)?;
+            polygon::fan(&corners, &mut triangles);
+            self.lines.next_line();
+        }
+        Ok(triangles)
+    }
+
+    /// Reads the face whose first word, already passed, is at `start`.
+    fn face(&mut self, start: usize, vertices: usize, corners: &mut Vec<u32>) -> Result<(), ParseError> {
+        self.lines = Lines::new(self.bytes, start, Joining::Never);
+        let size = self.integer(start)?;
+        corners.clear();
+        for _ in 0..size {
+            let index = self.integer(start)?;
+            match u32::try_from(index) {
+                Ok(corner) if (corner as usize) < vertices => corners.push(corner),
+                _ => {
+                    let place = self.line(start);
+                    return Err(ParseError::IndexOutOfRange { place, index, first: 0, count: vertices });
+                }
+            }
+        }
+        if self.lines.word().is_some() {
+            self.attributes.note("face colours");
+        }
+        Ok(())
+    }
+
+    /// The next whole number on the face's line.
+    fn integer(&mut self, start: usize) -> Result<i64, ParseError> {
+        let Some(word) = self.lines.word() else {
+            let problem = "the face has fewer corners than it says".into();
+            return Err(ParseError::Malformed { place: self.line(start), problem });
+        };
+        let word = &self.bytes[word];
+        text::integer(word)
+            .ok_or_else(|| ParseError::NotANumber { place: self.line(start), found: text::quoted(word) })
+    }
+
+    fn first_word_of(&mut self, element: &str, index: usize) -> Result<usize, ParseError> {
+        match self.lines.first_word() {
+            Some(word) => Ok(word.start),
+            None => Err(ParseError::Truncated { element: element.into(), index }),
+        }
+    }
+
+    fn check_claim(&self, element: &str, count: usize, least: u64) -> Result<(), ParseError> {
+        let available = (self.bytes.len() - self.lines.at()) as u64;
+        // The last line may lack its end.
+        let needed = (count as u64).saturating_mul(least).saturating_sub(1);
+        if count > 0 && needed > available {
+            return Err(ParseError::Overclaimed {
+                element: element.into(),
+                count: count as u64,
+                needed,
+                available,
+            });
+        }
+        Ok(())
+    }
+
+    fn line(&self, start: usize) -> Place {
+        text::line_at(self.bytes, start)
+    }
+}
+
+/// A new plain `OFF`.
+pub(crate) fn encode(soup: &Soup) -> Vec<u8> {
+    let mut out = b"OFF\n".to_vec();
+    for count in [soup.points.len(), soup.triangles.len()] {
+        text::push_integer(&mut out, count as u64);
+        out.push(b' ');
+    }
+    out.extend_from_slice(b"0\n");
+    for point in &soup.points {
+        text::push_point(&mut out, point);
+        out.push(b'\n');
+    }
+    for triangle in &soup.triangles {
+        out.push(b'3');
+        for &corner in triangle {
+            out.push(b' ');
+            text::push_integer(&mut out, u64::from(corner));
+        }
+        out.push(b'\n');
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{moved, parse_error, read};
+
+    const BODY: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+
+    #[test]
+    fn the_keyword_may_be_missing_or_share_its_line() {
+        for head in [
+            "OFF\n4 1 0\n",
+            "off\n4 1\n",
+            "4 1 0\n",
+            "OFF 4 1 5\n",
+            "# hm\n\nOFF # yes\n\n# no\n4 1 0 # counts\n\n",
+        ] {
+            let document = read(format!("{head}{BODY}"), "off");
+            assert_eq!(document.points().len(), 4, "{head}");
+            assert_eq!(document.triangles(), [[0, 1, 2], [0, 2, 3]], "{head}");
+        }
+    }
+
+    #[test]
+    fn variants_keep_what_follows_the_position() {
+        for (keyword, extra, names) in [
+            ("COFF", "255 0 0 255", &["colours"][..]),
+            ("NOFF", "0 0 1", &["normals"]),
+            ("CNOFF", "0 0 1 .1 .2 .3 1", &["normals", "colours"]),
+            ("STOFF", "0.5 0.5", &["texture coordinates"]),
+            ("STCNOFF", "0 0 1 .1 .2 .3 1 .5 .5", &["normals", "colours", "texture coordinates"]),
+            ("OFF", "255 0 0", &["unnamed vertex values"]),
+        ] {
+            let text = format!("{keyword}\r\n1 0 0\r\n1.50 2 3 {extra}\r\n");
+            let document = read(&text, "off");
+            assert_eq!(document.attributes(), names, "{keyword}");
+            let bytes = document.with_points(&[Point3::new(1.5, 9.0, 3.0)]).unwrap();
+            assert_eq!(
+                String::from_utf8(bytes).unwrap(),
+                text.replace("1.50 2 3", "1.50 9.0 3"),
+                "{keyword}"
+            );
+        }
+    }
+
+    #[test]
+    fn face_colours_comments_and_trailing_lines_are_kept() {
+        let text = "OFF\n3 1 0\n0 0 0 # origin\n\n1 0 0\n0 1 0\n3 0 1 2 0.5 0.5 0.5 # grey\nmore\n";
+        let document = read(text, "off");
+        assert_eq!(document.attributes(), ["face colours"]);
+        let (bytes, points) = moved(&document);
+        assert!(bytes.ends_with(b"\n3 0 1 2 0.5 0.5 0.5 # grey\nmore\n"));
+        assert_eq!(read(bytes, "off").points(), points);
+    }
+
+    #[test]
+    fn what_is_not_three_dimensional_text_is_refused_by_name() {
+        for (head, what) in [
+            ("OFF BINARY\n", "binary OFF"),
+            ("4OFF\n", "4OFF (homogeneous positions)"),
+            ("nOFF\n3\n", "nOFF (positions of any dimension)"),
+            ("C4nOFF\n3\n", "nOFF (positions of any dimension)"),
+        ] {
+            assert_eq!(
+                parse_error(format!("{head}{BODY}"), "off"),
+                ParseError::Unsupported { what },
+                "{head}"
+            );
+        }
+    }
+
+    #[test]
+    fn wrong_indices_are_named_with_their_line() {
+        for index in [3, -1, 4_294_967_296] {
+            let text = format!("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 {index}\n");
+            let expected = ParseError::IndexOutOfRange { place: Place::Line(6), index, first: 0, count: 3 };
+            assert_eq!(parse_error(text, "off"), expected);
+        }
+    }
+
+    #[test]
+    fn a_face_with_missing_corners_is_malformed() {
+        let text = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n";
+        let problem = "the face has fewer corners than it says".into();
+        assert_eq!(parse_error(text, "off"), ParseError::Malformed { place: Place::Line(6), problem });
+    }
+
+    #[test]
+    fn counts_must_be_there_and_be_counts() {
+        let malformed = |line| ParseError::Malformed {
+            place: Place::Line(line),
+            problem: "expected the numbers of vertices and faces".into(),
+        };
+        assert_eq!(parse_error("OFF\nmany few\n", "off"), malformed(2));
+        assert_eq!(parse_error("OFF\n-4 1 0\n", "off"), malformed(2));
+        assert_eq!(parse_error("OFF\n4\n", "off"), malformed(2));
+        let truncated = ParseError::Truncated { element: "counts line".into(), index: 0 };
+        assert_eq!(parse_error("OFF\n# nothing\n", "off"), truncated);
+    }
+
+    #[test]
+    fn promises_that_the_file_cannot_hold_are_refused_at_once() {
+        let error = parse_error(format!("OFF\n4000000000 1 0\n{BODY}"), "off");
+        assert!(matches!(error, ParseError::Overclaimed { count: 4_000_000_000, .. }), "{error:?}");
+        let error = parse_error(format!("OFF\n4 4000000000 0\n{BODY}"), "off");
+        assert!(matches!(error, ParseError::Overclaimed { element, .. } if element == "face"));
+        assert_eq!(parse_error("OFF\n5000000000 1 0\n", "off"), ParseError::TooManyVertices);
+    }
+
+    #[test]
+    fn a_file_that_was_cut_off_says_where() {
+        let text = "OFF\n3 1 0\n0.00000 0.00000 0.00000\n1 0 0\n";
+        assert_eq!(parse_error(text, "off"), ParseError::Truncated { element: "vertex".into(), index: 2 });
+        let text = "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        assert_eq!(parse_error(text, "off"), ParseError::Truncated { element: "face".into(), index: 1 });
+    }
+}

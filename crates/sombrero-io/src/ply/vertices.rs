@@ -1,0 +1,156 @@
+//! The rows of the element `vertex`: reading positions and putting others in their place.
+
+use nalgebra::Point3;
+
+use super::body::{self, Body};
+use super::header::{Element, Kind, Property};
+use super::scalar::Scalar;
+use crate::error::{ParseError, WriteError};
+use crate::splice::Splice;
+use crate::text;
+
+/// The properties that make a position.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The coordinate that a property is, and its type.
+fn axis(property: &Property) -> Option<(usize, Scalar)> {
+    let axis = AXES.iter().position(|name| *name == property.name)?;
+    match property.kind {
+        Kind::One(scalar) => Some((axis, scalar)),
+        Kind::List { .. } => None,
+    }
+}
+
+/// Where the rows begin.
+#[derive(Debug, Clone)]
+pub(super) enum Rows {
+    /// They all have the same size, so the first says it all.
+    Even { start: usize, size: usize },
+    /// One byte offset for each row.
+    Each(Vec<usize>),
+}
+
+impl Default for Rows {
+    fn default() -> Self {
+        Self::Each(Vec::new())
+    }
+}
+
+impl Rows {
+    fn start(&self, row: usize) -> Option<usize> {
+        match self {
+            Self::Even { start, size } => Some(start + row * size),
+            Self::Each(starts) => starts.get(row).copied(),
+        }
+    }
+}
+
+/// Reads all rows. Their claim was checked.
+pub(super) fn read<B: Body>(body: &mut B, element: &Element) -> Result<(Vec<Point3<f64>>, Rows), ParseError> {
+    let even = B::row_size(element).map(|size| Rows::Even { start: body.at(), size });
+    let mut starts = Vec::with_capacity(if even.is_some() { 0 } else { element.count });
+    let mut points = Vec::with_capacity(element.count);
+    let plan: Vec<_> = element.properties.iter().map(|p| (p.kind, axis(p))).collect();
+    for index in 0..element.count {
+        if even.is_none() {
+            starts.push(body.at());
+        }
+        points.push(position(body, element, &plan, index)?);
+    }
+    Ok((points, even.unwrap_or(Rows::Each(starts))))
+}
+
+fn position<B: Body>(
+    body: &mut B,
+    element: &Element,
+    plan: &[(Kind, Option<(usize, Scalar)>)],
+    index: usize,
+) -> Result<Point3<f64>, ParseError> {
+    let mut point = Point3::origin();
+    for &(kind, axis) in plan {
+        match axis {
+            Some((axis, scalar)) => point[axis] = coordinate(body, scalar, element, index)?,
+            None => body::skip(body, kind, element, index)?,
+        }
+    }
+    Ok(point)
+}
+
+fn coordinate<B: Body>(
+    body: &mut B,
+    scalar: Scalar,
+    element: &Element,
+    index: usize,
+) -> Result<f64, ParseError> {
+    let span = body::pass(body, scalar, element, index)?;
+    match body.value(scalar, span.clone()) {
+        Some(value) if value.is_finite() => Ok(value),
+        Some(_) => Err(ParseError::NonFinite { place: body.place(&element.name, index, span) }),
+        None => {
+            let found = text::quoted(&body.bytes()[span.clone()]);
+            Err(ParseError::NotANumber { place: body.place(&element.name, index, span), found })
+        }
+    }
+}
+
+/// `source`, which `body` walks, with new coordinates in the place of those that changed.
+pub(super) fn rewrite<B: Body>(
+    source: &[u8],
+    mut body: B,
+    element: &Element,
+    rows: &Rows,
+    old: &[Point3<f64>],
+    new: &[Point3<f64>],
+) -> Result<Vec<u8>, WriteError> {
+    let mut splice = Splice::new(source);
+    for (row, (old, new)) in old.iter().zip(new).enumerate() {
+        if text::same(old, new) {
+            continue;
+        }
+        if let Some(start) = rows.start(row) {
+            body.seek(start);
+            rewrite_row(&mut body, element, &mut splice, row, (old, new))?;
+        }
+    }
+    Ok(splice.finish())
+}
+
+fn rewrite_row<B: Body>(
+    body: &mut B,
+    element: &Element,
+    splice: &mut Splice<'_>,
+    row: usize,
+    (old, new): (&Point3<f64>, &Point3<f64>),
+) -> Result<(), WriteError> {
+    let mut left = AXES.len();
+    for property in &element.properties {
+        let Some((axis, scalar)) = axis(property) else {
+            // The row was read before, so this cannot fail; if it did, the coordinates would only stay.
+            if body::skip(body, property.kind, element, row).is_err() {
+                break;
+            }
+            continue;
+        };
+        if let Some(span) = body.pass(scalar)
+            && old[axis].to_bits() != new[axis].to_bits()
+        {
+            check(scalar, AXES[axis], row, new[axis])?;
+            splice.replace(span, |out| body.push(scalar, new[axis], out));
+        }
+        left -= 1;
+        if left == 0 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the property's type can take `value`. Text is held to its declared type too: readers go by it.
+fn check(scalar: Scalar, property: &'static str, vertex: usize, value: f64) -> Result<(), WriteError> {
+    match scalar {
+        Scalar::F64 => Ok(()),
+        Scalar::F32 if (value as f32).is_finite() => Ok(()),
+        Scalar::F32 => Err(WriteError::Overflow { vertex, value }),
+        _ => Err(WriteError::IntegerCoordinates { vertex, property }),
+    }
+}

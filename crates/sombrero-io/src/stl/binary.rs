@@ -1,0 +1,261 @@
+//! Binary STL: 80 free bytes, a count, and for each facet twelve 32-bit floats and two attribute bytes.
+
+use nalgebra::Point3;
+use sombrero_mesh::Soup;
+
+use super::{Layout, normal, triangles};
+use crate::attributes::Attributes;
+use crate::document::{self, Parsed};
+use crate::error::{ParseError, Place, WriteError};
+use crate::format::Format;
+
+const HEADER: usize = 80;
+/// Header and count.
+const PREFIX: usize = HEADER + 4;
+const RECORD: usize = 50;
+
+/// The number of facets that the file says it has.
+fn claimed(bytes: &[u8]) -> Option<u32> {
+    bytes.get(HEADER..)?.first_chunk().map(|count| u32::from_le_bytes(*count))
+}
+
+/// Whether the file is exactly as long as a binary STL with its count of facets.
+pub(crate) fn has_exact_length(bytes: &[u8]) -> bool {
+    claimed(bytes).is_some_and(|n| bytes.len() as u64 == PREFIX as u64 + RECORD as u64 * u64::from(n))
+}
+
+/// Reads the whole file; bytes behind the last facet are passed over.
+pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
+    let Some(count) = claimed(bytes) else {
+        return Err(ParseError::Truncated { element: "header".into(), index: 0 });
+    };
+    let records = records(bytes);
+    if (records.len() as u64) < u64::from(count) {
+        return Err(ParseError::Overclaimed {
+            element: "facet".into(),
+            count: count.into(),
+            needed: RECORD as u64 * u64::from(count),
+            available: (bytes.len() - PREFIX) as u64,
+        });
+    }
+    if count > u32::MAX / 3 {
+        return Err(ParseError::TooManyVertices);
+    }
+    let records = &records[..count as usize];
+    Ok(Parsed {
+        format: Format::StlBinary,
+        soup: Soup::new(points(records)?, triangles(records.len())),
+        attributes: attributes(records).into_names(),
+        layout: document::Layout::Stl(Layout::Binary),
+    })
+}
+
+fn points(records: &[[u8; RECORD]]) -> Result<Vec<Point3<f64>>, ParseError> {
+    let mut points = Vec::with_capacity(3 * records.len());
+    for (index, record) in records.iter().enumerate() {
+        for corner in vectors(record).into_iter().skip(1) {
+            if !corner.iter().all(|c| c.is_finite()) {
+                let place = Place::Element { name: "facet".into(), index };
+                return Err(ParseError::NonFinite { place });
+            }
+            points.push(Point3::from(corner.map(f64::from)));
+        }
+    }
+    Ok(points)
+}
+
+fn attributes(records: &[[u8; RECORD]]) -> Attributes {
+    let mut attributes = Attributes::default();
+    attributes.note("facet normals");
+    if records.iter().any(|r| !r.ends_with(&[0, 0])) {
+        attributes.note("facet attributes");
+    }
+    attributes
+}
+
+/// The whole records of the file, including those that its count leaves out.
+fn records(bytes: &[u8]) -> &[[u8; RECORD]] {
+    bytes.get(PREFIX..).unwrap_or_default().as_chunks().0
+}
+
+/// A record's normal and three corners.
+fn vectors(record: &[u8; RECORD]) -> [[f32; 3]; 4] {
+    let (floats, _) = record.as_chunks::<4>();
+    std::array::from_fn(|v| std::array::from_fn(|axis| f32::from_le_bytes(floats[3 * v + axis])))
+}
+
+/// `source` with new corners, and new normals where corners changed.
+pub(super) fn rewrite(source: &[u8], new: &[Point3<f64>]) -> Result<Vec<u8>, WriteError> {
+    let mut out = source.to_vec();
+    let (records, _) = out.get_mut(PREFIX..).unwrap_or_default().as_chunks_mut::<RECORD>();
+    let (facets, _) = new.as_chunks::<3>();
+    for (facet, (record, corners)) in records.iter_mut().zip(facets).enumerate() {
+        let [normal, old @ ..] = vectors(record);
+        let corners = narrow(corners, 3 * facet)?;
+        if old.map(|c| c.map(f32::to_bits)) != corners.map(|c| c.map(f32::to_bits)) {
+            let normal = if normal == [0.0; 3] { normal } else { normal_of(&corners) };
+            store(record, normal, corners);
+        }
+    }
+    Ok(out)
+}
+
+/// The corners as 32-bit floats; the first is vertex `first` of the document.
+fn narrow(corners: &[Point3<f64>; 3], first: usize) -> Result<[[f32; 3]; 3], WriteError> {
+    for (i, corner) in corners.iter().enumerate() {
+        if let Some(&value) = corner.iter().find(|&&c| !(c as f32).is_finite()) {
+            return Err(WriteError::Overflow { vertex: first + i, value });
+        }
+    }
+    Ok(corners.map(|corner| std::array::from_fn(|axis| corner[axis] as f32)))
+}
+
+/// The normal that a reader of the stored corners would find.
+fn normal_of(corners: &[[f32; 3]; 3]) -> [f32; 3] {
+    normal(corners.map(|c| Point3::from(c.map(f64::from)))).map(|c| c as f32)
+}
+
+fn store(record: &mut [u8; RECORD], normal: [f32; 3], corners: [[f32; 3]; 3]) {
+    let (slots, _) = record.as_chunks_mut::<4>();
+    let values = normal.into_iter().chain(corners.into_iter().flatten());
+    for (slot, value) in slots.iter_mut().zip(values) {
+        *slot = value.to_le_bytes();
+    }
+}
+
+/// A new file with an empty header.
+pub(crate) fn encode(soup: &Soup) -> Result<Vec<u8>, WriteError> {
+    let too_many = |_| WriteError::TooMany { format: Format::StlBinary, count: soup.triangles.len() };
+    let count = u32::try_from(soup.triangles.len()).map_err(too_many)?;
+    let mut out = vec![0; HEADER];
+    out.reserve(4 + RECORD * soup.triangles.len());
+    out.extend_from_slice(&count.to_le_bytes());
+    for triangle in &soup.triangles {
+        let corners = triangle.map(|corner| soup.points[corner as usize]);
+        let corners = narrow(&corners, 0).map_err(|e| at_vertex(e, triangle))?;
+        let mut record = [0; RECORD];
+        store(&mut record, normal_of(&corners), corners);
+        out.extend_from_slice(&record);
+    }
+    Ok(out)
+}
+
+/// Turns the number of a corner into that of its vertex.
+fn at_vertex(error: WriteError, triangle: &[u32; 3]) -> WriteError {
+    match error {
+        WriteError::Overflow { vertex, value } => {
+            WriteError::Overflow { vertex: triangle[vertex % 3] as usize, value }
+        }
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{moved, parse_error, read};
+
+    fn file(header: &[u8], facets: u32) -> Vec<u8> {
+        let mut bytes = header.to_vec();
+        bytes.resize(HEADER, b' ');
+        bytes.extend_from_slice(&facets.to_le_bytes());
+        for facet in 0..facets {
+            let mut record = [0; RECORD];
+            let z = facet as f32;
+            store(&mut record, [0.5, 0.5, 0.5], [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]]);
+            record[48..].copy_from_slice(&[1, 2]);
+            bytes.extend_from_slice(&record);
+        }
+        bytes
+    }
+
+    #[test]
+    fn a_header_that_begins_with_solid_is_still_binary() {
+        let document = read(file(b"solid made by a CAD\nfacet normal", 2), "stl");
+        assert_eq!(document.format(), Format::StlBinary);
+        assert_eq!(document.triangles(), [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(document.attributes(), ["facet normals", "facet attributes"]);
+    }
+
+    #[test]
+    fn only_facets_that_moved_change_and_their_normals_follow() {
+        let source = file(b"header", 3);
+        let document = read(source.clone(), "stl");
+        let mut points = document.points().to_vec();
+        points[4] = Point3::new(0.0, 0.0, 2.0);
+        points[5] = Point3::new(0.0, 3.0, 1.0);
+        let bytes = document.with_points(&points).unwrap();
+        assert_eq!(bytes[..PREFIX + RECORD], source[..PREFIX + RECORD]);
+        assert_eq!(bytes[PREFIX + 2 * RECORD..], source[PREFIX + 2 * RECORD..]);
+        let record = records(&bytes)[1];
+        assert_eq!(vectors(&record)[0], [-1.0, 0.0, 0.0]);
+        assert_eq!(record[48..], [1, 2]);
+        assert_eq!(read(bytes, "stl").points(), points);
+    }
+
+    #[test]
+    fn a_zero_normal_stays_zero() {
+        let mut source = file(b"header", 1);
+        source[PREFIX..PREFIX + 12].fill(0);
+        let (bytes, _) = moved(&read(source, "stl"));
+        assert_eq!(bytes[PREFIX..PREFIX + 12], [0; 12]);
+    }
+
+    #[test]
+    fn bytes_behind_the_last_facet_are_kept() {
+        let mut source = file(b"header", 1);
+        source.extend_from_slice(b"tail");
+        let (bytes, points) = moved(&read(source, "stl"));
+        assert!(bytes.ends_with(b"\x01\x02tail"));
+        assert_eq!(read(bytes, "stl").points(), points);
+    }
+
+    #[test]
+    fn a_file_that_was_cut_off_is_refused() {
+        let mut source = file(b"solid", 3);
+        source.truncate(PREFIX + 2 * RECORD + 7);
+        let expected =
+            ParseError::Overclaimed { element: "facet".into(), count: 3, needed: 150, available: 107 };
+        assert_eq!(parse_error(source.clone(), "stl"), expected);
+        source.truncate(70);
+        source[10] = 0;
+        let expected = ParseError::Truncated { element: "header".into(), index: 0 };
+        assert_eq!(parse_error(source, "stl"), expected);
+    }
+
+    #[test]
+    fn an_empty_solid_is_no_mesh() {
+        assert_eq!(parse_error(file(b"header", 0), "stl"), ParseError::NoVertices);
+    }
+
+    #[test]
+    fn a_corner_that_is_not_finite_is_named() {
+        let mut source = file(b"header", 2);
+        source[PREFIX + RECORD + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+        let place = Place::Element { name: "facet".into(), index: 1 };
+        assert_eq!(parse_error(source, "stl"), ParseError::NonFinite { place });
+    }
+
+    #[test]
+    fn a_normal_that_is_not_finite_is_kept_until_the_facet_moves() {
+        let mut source = file(b"header", 1);
+        source[PREFIX..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+        let document = read(source.clone(), "stl");
+        assert_eq!(document.with_points(document.points()).unwrap(), source);
+        let mut points = document.points().to_vec();
+        points[0].x = -1.0;
+        let bytes = document.with_points(&points).unwrap();
+        assert_eq!(vectors(&records(&bytes)[0])[0], [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn coordinates_beyond_32_bit_floats_are_refused() {
+        let document = read(file(b"header", 1), "stl");
+        let mut points = document.points().to_vec();
+        points[2].y = 1e39;
+        let refused = document.with_points(&points).unwrap_err();
+        assert!(matches!(refused, WriteError::Overflow { vertex: 2, value: 1e39 }));
+        let soup = Soup::new(points, vec![[2, 1, 0]]);
+        assert!(matches!(encode(&soup), Err(WriteError::Overflow { vertex: 2, .. })));
+    }
+}
