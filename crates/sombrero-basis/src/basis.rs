@@ -84,7 +84,7 @@ impl Basis {
     ) -> Result<Self, BasisError> {
         let wanted = options.coefficients;
         let all = magnitudes(progressive, points);
-        let splits = most_significant(&all, wanted);
+        let splits = most_significant(&all, progressive.shape_level(), wanted);
         if splits.len() < wanted {
             return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
         }
@@ -97,6 +97,12 @@ impl Basis {
             direction: all[o.split].direction,
         });
         Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect() })
+    }
+
+    /// How many coefficients a mesh can carry at most. Leaves `progressive` at the full mesh.
+    pub fn capacity(progressive: &mut ProgressiveMesh, points: &[Point3<f64>]) -> usize {
+        let all = magnitudes(progressive, points);
+        most_significant(&all, progressive.shape_level(), usize::MAX).len()
     }
 
     /// n, the number of vertices.

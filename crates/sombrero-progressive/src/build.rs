@@ -6,8 +6,9 @@
 //! them shrink evenly. The cheapest collapse that is allowed goes first; ties go to the smaller index.
 //!
 //! Allowed is what keeps the topology (the link condition), leaves boundary vertices on their boundary
-//! and turns no face by more than about 80 degrees. When nothing more is allowed, the last condition is dropped, so that
-//! the base is the smallest mesh that the topology permits.
+//! and turns no face by more than 41 degrees. When nothing more is allowed, the last condition is dropped,
+//! so that the base is the smallest mesh that the topology permits; the level where this happens is kept,
+//! because below it the mesh no longer has the shape of the original.
 //!
 //! Cost: O(n log n) for meshes of bounded valence.
 
@@ -19,18 +20,18 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// λ: weight of the edge length against the quadric error.
-const EVENNESS: f64 = 1e-3;
+const EVENNESS: f64 = 1e-6;
 /// Smallest cosine between the normals of a face before and after a collapse.
-const LEAST_COSINE: f64 = 0.17;
+const LEAST_COSINE: f64 = 0.75;
 
-/// Collapses `mesh` to its base and returns the collapses in order.
-pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> Vec<Collapse> {
+/// Collapses `mesh` to its base and returns the collapses in order, and how many of them kept the shape.
+pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> (Vec<Collapse>, usize) {
     let mut run = Run::new(mesh, points);
-    for allow_flips in [false, true] {
-        run.allow_flips = allow_flips;
-        while run.sweep() {}
-    }
-    run.collapses
+    while run.sweep() {}
+    let faithful = run.collapses.len();
+    run.allow_turns = true;
+    while run.sweep() {}
+    (run.collapses, faithful)
 }
 
 struct Run<'a> {
@@ -41,7 +42,7 @@ struct Run<'a> {
     queue: BinaryHeap<Reverse<Candidate>>,
     /// Counts how often a vertex's candidate was replaced: older entries of the queue are void.
     version: Vec<u32>,
-    allow_flips: bool,
+    allow_turns: bool,
     collapses: Vec<Collapse>,
     touched: Vec<VertexId>,
     ranked: Vec<(f64, HalfedgeId)>,
@@ -74,7 +75,7 @@ impl<'a> Run<'a> {
             points,
             queue: BinaryHeap::with_capacity(bound),
             version: vec![0; bound],
-            allow_flips: false,
+            allow_turns: false,
             collapses: Vec::with_capacity(bound),
             touched: Vec::new(),
             ranked: Vec::new(),
@@ -138,7 +139,7 @@ impl<'a> Run<'a> {
         );
         while let Some(best) = cheapest(&ranked) {
             let (cost, halfedge) = ranked.swap_remove(best);
-            if (self.allow_flips || self.keeps_normals(halfedge))
+            if (self.allow_turns || self.keeps_normals(halfedge))
                 && self.mesh.check_collapse(halfedge).is_ok()
             {
                 let (cost, version) = (cost.to_bits(), self.version[u.index()]);

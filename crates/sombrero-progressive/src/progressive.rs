@@ -15,6 +15,7 @@ pub struct ProgressiveMesh {
     /// In the order in which they led to the base; the last `level()` of them are undone at present.
     collapses: Vec<Collapse>,
     level: usize,
+    shape_level: usize,
 }
 
 /// A refinement step: it introduces `vertex` as a neighbour of `parent`.
@@ -48,8 +49,9 @@ impl ProgressiveMesh {
     /// When `points` is shorter than [`Mesh::vertex_bound`].
     pub fn new(mut mesh: Mesh, points: &[Point3<f64>]) -> Self {
         assert!(points.len() >= mesh.vertex_bound(), "a point for every vertex");
-        let collapses = collapse_all(&mut mesh, points);
-        Self { mesh, collapses, level: 0 }
+        let (collapses, faithful) = collapse_all(&mut mesh, points);
+        let shape_level = collapses.len() - faithful;
+        Self { mesh, collapses, level: 0, shape_level }
     }
 
     /// The connectivity at the present level; indices are those of the full mesh.
@@ -60,6 +62,13 @@ impl ProgressiveMesh {
     /// How many splits have been applied: 0 at the base, [`split_count`](Self::split_count) at the full mesh.
     pub fn level(&self) -> usize {
         self.level
+    }
+
+    /// The coarsest level that still has the shape of the full mesh: on the way down to it no collapse
+    /// turned a face by more than 41 degrees. Below it the topology is right but the surface may be
+    /// anything, down to a flat double triangle for a sphere.
+    pub fn shape_level(&self) -> usize {
+        self.shape_level
     }
 
     /// How many vertex splits lead from the base to the full mesh.
