@@ -1,0 +1,144 @@
+//! What a mesh file is, and whether it can be marked.
+
+use crate::Model;
+use serde::Serialize;
+use sombrero_basis::{Basis, BasisOptions};
+use sombrero_io::Document;
+use sombrero_mesh::repair::{Repaired, Report};
+use sombrero_mesh::{geometry, topology};
+use sombrero_progressive::ProgressiveMesh;
+
+/// Counts, topology, size and attributes of a file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Info {
+    /// The file format.
+    pub format: String,
+    /// Vertices as stored.
+    pub vertices: usize,
+    /// Distinct positions: what the method counts as points.
+    pub points: usize,
+    /// Triangles, polygons split.
+    pub triangles: usize,
+    /// Connected components, non-manifold places cut.
+    pub components: usize,
+    /// Boundary loops.
+    pub boundary_loops: usize,
+    /// Edges with one face.
+    pub boundary_edges: usize,
+    /// Edges with more than two faces.
+    pub nonmanifold_edges: usize,
+    /// Points whose faces are not a single fan.
+    pub nonmanifold_vertices: usize,
+    /// Faces with a corner twice, or without area.
+    pub degenerate_faces: usize,
+    /// Faces that repeat the corners of another one.
+    pub doubled_faces: usize,
+    /// Faces oriented against their neighbours.
+    pub flipped_faces: usize,
+    /// Stored vertices that no face uses.
+    pub unused_vertices: usize,
+    /// Genus of a closed, manifold mesh of one component; else `None`.
+    pub genus: Option<usize>,
+    /// The box around the vertices that have a face; `None` without a face.
+    pub bounding_box: Option<Corners>,
+    /// Surface area in squared model units.
+    pub area: f64,
+    /// Enclosed volume in cubed model units, negative when the faces look inwards; `None` for an open mesh.
+    pub volume: Option<f64>,
+    /// What the file holds beside positions and faces.
+    pub attributes: Vec<String>,
+    /// Whether the mesh can carry the usual number of coefficients.
+    pub markable: bool,
+    /// How many coefficients it can carry at most.
+    pub capacity: usize,
+    /// What is unusual, in sentences.
+    pub warnings: Vec<String>,
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Corners {
+    /// Smallest x, y, z.
+    pub min: [f64; 3],
+    /// Largest x, y, z.
+    pub max: [f64; 3],
+}
+
+/// Looks at a file; never fails.
+pub fn info(document: &Document) -> Info {
+    let soup = document.soup();
+    let model = Model::new(&soup);
+    let Repaired { mesh, points, report, .. } = model.repaired();
+    let (_, components) = topology::components(mesh);
+    let boundary_edges = mesh.edges().filter(|&e| mesh.is_boundary_edge(e)).count();
+    let closed = boundary_edges == 0 && mesh.face_count() > 0;
+    let capacity = capacity(model.repaired());
+    let usual = BasisOptions::default().coefficients;
+    let mut warnings = repair_notes(report);
+    if capacity < usual {
+        warnings.push(too_small(capacity, usual));
+    }
+    let volume = closed.then(|| geometry::volume(mesh, points));
+    if volume.is_some_and(|v| v < 0.0) {
+        warnings.push("The faces look inwards. This does not matter to a mark.".to_owned());
+    }
+    let corners = |b: sombrero_mesh::BoundingBox| Corners { min: b.min.into(), max: b.max.into() };
+    Info {
+        format: document.format().to_string(),
+        vertices: soup.points.len(),
+        points: model.soup().points.len(),
+        triangles: soup.triangles.len(),
+        components,
+        boundary_loops: topology::boundary_loops(mesh).len(),
+        boundary_edges,
+        nonmanifold_edges: report.nonmanifold_edges,
+        nonmanifold_vertices: report.nonmanifold_vertices,
+        degenerate_faces: report.degenerate_faces + report.zero_area_faces,
+        doubled_faces: report.doubled_faces,
+        flipped_faces: report.flipped_faces,
+        unused_vertices: soup.used().iter().filter(|used| !**used).count(),
+        genus: if closed && report.is_clean() { topology::genus(mesh) } else { None },
+        bounding_box: model.bounding_box().map(corners),
+        area: geometry::area(mesh, points),
+        volume,
+        attributes: document.attributes().to_vec(),
+        markable: capacity >= usual,
+        capacity,
+        warnings,
+    }
+}
+
+fn capacity(repaired: &Repaired) -> usize {
+    let mut progressive = ProgressiveMesh::new(repaired.mesh.clone(), &repaired.points);
+    Basis::capacity(&mut progressive, &repaired.points)
+}
+
+fn too_small(capacity: usize, usual: usize) -> String {
+    match capacity {
+        0..4 => format!(
+            "The mesh cannot be marked: it can carry {capacity} coefficients, and {usual} are usual. \
+             It has too few vertices or no relief."
+        ),
+        _ => format!(
+            "The mesh is too small for the usual {usual} coefficients; it can carry {capacity} \
+             (--coefficients {capacity}), which proves less."
+        ),
+    }
+}
+
+/// What was mended to get a manifold, one sentence each. The file itself keeps all of it.
+pub(crate) fn repair_notes(report: &Report) -> Vec<String> {
+    let notes = [
+        (report.out_of_range_faces, "faces with a corner that does not exist are passed over"),
+        (report.non_finite_faces, "faces with a corner that is not finite are passed over"),
+        (report.degenerate_faces, "faces that have a corner twice are passed over"),
+        (report.doubled_faces, "faces that repeat another one are passed over"),
+        (report.zero_area_faces, "faces have no area"),
+        (report.flipped_faces, "faces are oriented against their neighbours and are turned for the method"),
+        (report.nonmanifold_edges, "edges have more than two faces; the surface is cut there for the method"),
+        (report.unorientable_edges, "edges lie on a one-sided surface, which is cut there for the method"),
+        (report.nonmanifold_vertices, "vertices join several fans of faces, which are told apart for the method"),
+    ];
+    notes.iter().filter(|(count, _)| *count > 0).map(|(count, note)| format!("{count} {note}.")).collect()
+}

@@ -1,0 +1,25 @@
+#![doc = include_str!("../README.md")]
+
+mod attack;
+mod detect;
+mod embed;
+mod info;
+mod model;
+mod timing;
+
+pub use attack::{AttackFileError, AttackedFile, attack};
+pub use detect::{Alignment, DetectError, DetectOptions, Detection, Prepared, Step, Variant, detect};
+pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Marked, embed};
+pub use info::{Corners, Info, info};
+pub use model::Model;
+pub use timing::Stages;
+
+pub use sombrero_attacks as attacks;
+pub use sombrero_basis as basis;
+pub use sombrero_extraction as extraction;
+pub use sombrero_io as io;
+pub use sombrero_mesh as mesh;
+pub use sombrero_progressive as progressive;
+pub use sombrero_render as render;
+pub use sombrero_stats as stats;
+pub use sombrero_watermark as watermark;

@@ -1,0 +1,29 @@
+//! How long each stage of a job took.
+
+use serde::{Serialize, Serializer};
+use std::time::Instant;
+
+/// Stages in the order in which they ran, with wall-clock seconds. Serializes as one object.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Stages(pub Vec<(&'static str, f64)>);
+
+impl Stages {
+    /// Runs `work` and notes its time under `name`.
+    pub(crate) fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        self.0.push((name, start.elapsed().as_secs_f64()));
+        result
+    }
+
+    /// All stages together.
+    pub fn total(&self) -> f64 {
+        self.0.iter().map(|stage| stage.1).sum()
+    }
+}
+
+impl Serialize for Stages {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().copied())
+    }
+}
