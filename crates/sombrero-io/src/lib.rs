@@ -23,4 +23,4 @@ pub use document::{Document, encode};
 pub use error::{ParseError, Place, ReadError, WriteError};
 pub use format::Format;
 pub use input::Limits;
-pub use output::{Overwrite, write_atomically};
+pub use output::{Access, Output, Overwrite, write_atomically, write_together};

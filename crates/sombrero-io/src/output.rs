@@ -18,6 +18,27 @@ pub enum Overwrite {
     Allow,
 }
 
+/// Who may read a new file. A file that is replaced keeps the permissions that it had.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Access {
+    /// Whoever the system's settings allow.
+    #[default]
+    Usual,
+    /// The owner alone: for keys.
+    Private,
+}
+
+/// A file to be written.
+#[derive(Debug, Clone, Copy)]
+pub struct Output<'a> {
+    /// Where.
+    pub path: &'a Path,
+    /// What.
+    pub bytes: &'a [u8],
+    /// Who may read it.
+    pub access: Access,
+}
+
 /// Writes `bytes` to a temporary file beside `path`, then gives it that name.
 ///
 /// Nobody ever sees a half-written file under `path`: on any failure what was there before is still there, and
@@ -28,27 +49,72 @@ pub enum Overwrite {
 /// [`WriteError::Exists`] unless overwriting is allowed, [`WriteError::NotAFile`] rather than replace a
 /// directory or a device, [`WriteError::Io`] when the operating system refuses.
 pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), WriteError> {
-    let failed = |source| WriteError::Io { path: path.to_owned(), source };
-    let target = target(path, overwrite)?;
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut file = temporary(folder).map_err(failed)?;
-    if let Ok(replaced) = fs::metadata(&target) {
-        // What was private stays private.
-        file.as_file().set_permissions(replaced.permissions()).map_err(failed)?;
+    write_together(&[Output { path, bytes, access: Access::Usual }], overwrite)
+}
+
+/// Like [`write_atomically`] for several files that belong together: all are written before the first gets its
+/// name, so that a full disk or a missing folder leaves none of them.
+///
+/// # Errors
+///
+/// As [`write_atomically`], for the first file that fails. Files that had been named by then and are new are
+/// removed again.
+pub fn write_together(outputs: &[Output<'_>], overwrite: Overwrite) -> Result<(), WriteError> {
+    let staged = outputs.iter().map(|output| Staged::new(output, overwrite)).collect::<Result<Vec<_>, _>>()?;
+    let mut named = Vec::new();
+    for file in staged {
+        let (path, is_new) = (file.target.clone(), !file.target.exists());
+        if let Err(error) = file.name(overwrite) {
+            for path in &named {
+                // Nothing more can be done when even this fails; the first error tells more.
+                let _ = fs::remove_file(path);
+            }
+            return Err(error);
+        }
+        if is_new {
+            named.push(path);
+        }
     }
-    file.write_all(bytes).map_err(failed)?;
-    match overwrite {
-        Overwrite::Refuse => file.persist_noclobber(&target),
-        Overwrite::Allow => file.persist(&target),
+    Ok(())
+}
+
+/// A file that is written but does not have its name yet.
+struct Staged<'a> {
+    file: NamedTempFile,
+    path: &'a Path,
+    target: PathBuf,
+}
+
+impl<'a> Staged<'a> {
+    fn new(output: &Output<'a>, overwrite: Overwrite) -> Result<Self, WriteError> {
+        let path = output.path;
+        let failed = |source| WriteError::Io { path: path.to_owned(), source };
+        let target = target(path, overwrite)?;
+        let folder = match target.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut file = temporary(folder, output.access).map_err(failed)?;
+        if let Ok(replaced) = fs::metadata(&target) {
+            // What was private stays private.
+            file.as_file().set_permissions(replaced.permissions()).map_err(failed)?;
+        }
+        file.write_all(output.bytes).map_err(failed)?;
+        Ok(Self { file, path, target })
     }
-    .map(drop)
-    .map_err(|e| match e.error.kind() {
-        io::ErrorKind::AlreadyExists => WriteError::Exists { path: path.to_owned() },
-        _ => failed(e.error),
-    })
+
+    fn name(self, overwrite: Overwrite) -> Result<(), WriteError> {
+        let Self { file, path, target } = self;
+        match overwrite {
+            Overwrite::Refuse => file.persist_noclobber(&target),
+            Overwrite::Allow => file.persist(&target),
+        }
+        .map(drop)
+        .map_err(|e| match e.error.kind() {
+            io::ErrorKind::AlreadyExists => WriteError::Exists { path: path.to_owned() },
+            _ => WriteError::Io { path: path.to_owned(), source: e.error },
+        })
+    }
 }
 
 /// The file to be named: `path`, or what it links to when that may be replaced.
@@ -68,12 +134,12 @@ fn target(path: &Path, overwrite: Overwrite) -> Result<PathBuf, WriteError> {
     Ok(target)
 }
 
-/// A temporary file with the permissions that a new file gets, instead of the owner's alone.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+/// A temporary file with the permissions that the output shall have; on its own it would be the owner's alone.
+fn temporary(folder: &Path, access: Access) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".sombrero-");
     #[cfg(unix)]
-    {
+    if access == Access::Usual {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
@@ -109,6 +175,27 @@ mod tests {
         write_atomically(&path, b"new", Overwrite::Allow).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(names(folder.path()), ["old.obj"]);
+    }
+
+    #[test]
+    fn files_that_belong_together_are_written_together_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let (mesh, key, nowhere) = (path("a.obj"), path("a.key"), path("missing/b.key"));
+        fn output(path: &Path) -> Output<'_> {
+            Output { path, bytes: b"x", access: Access::Private }
+        }
+        assert!(write_together(&[output(&mesh), output(&nowhere)], Overwrite::Refuse).is_err());
+        assert!(names(folder.path()).is_empty());
+        // The second name is taken only when the files are named: twice the same path.
+        assert!(write_together(&[output(&mesh), output(&mesh)], Overwrite::Refuse).is_err());
+        assert!(names(folder.path()).is_empty());
+        write_together(&[output(&mesh), output(&key)], Overwrite::Refuse).unwrap();
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            assert_eq!(fs::metadata(&key).unwrap().permissions().mode() & 0o777, 0o600);
+        }
     }
 
     #[test]
