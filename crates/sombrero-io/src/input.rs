@@ -28,8 +28,13 @@ impl Limits {
     }
 }
 
-/// The bytes of the regular file at `path`.
-pub(crate) fn read_bytes(path: &Path, limits: Limits) -> Result<Vec<u8>, ReadError> {
+/// The bytes of the regular file at `path`: also of files that hold no mesh, such as keys.
+///
+/// # Errors
+///
+/// [`ReadError::NotAFile`] for directories, pipes and devices, [`ReadError::TooLarge`] beyond the limit,
+/// [`ReadError::Io`] when the operating system refuses.
+pub fn read_bytes(path: &Path, limits: Limits) -> Result<Vec<u8>, ReadError> {
     let failed = |source| ReadError::Io { path: path.to_owned(), source };
     let too_large = || ReadError::TooLarge { path: path.to_owned(), limit: limits.max_bytes };
     // Asked before opening, since opening a pipe would wait for its writer.

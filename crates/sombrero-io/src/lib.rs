@@ -22,5 +22,5 @@ mod testing;
 pub use document::{Document, encode};
 pub use error::{ParseError, Place, ReadError, WriteError};
 pub use format::Format;
-pub use input::Limits;
+pub use input::{Limits, read_bytes};
 pub use output::{Access, Output, Overwrite, write_atomically, write_together};

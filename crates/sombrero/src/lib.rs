@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod attack;
+mod compare;
 mod detect;
 mod embed;
 mod info;
@@ -8,6 +9,7 @@ mod model;
 mod timing;
 
 pub use attack::{AttackFileError, AttackedFile, attack};
+pub use compare::{CompareError, Comparison, compare};
 pub use detect::{Alignment, DetectError, DetectOptions, Detection, Prepared, Step, Variant, detect};
 pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Marked, embed};
 pub use info::{Corners, Info, info};
@@ -21,5 +23,6 @@ pub use sombrero_io as io;
 pub use sombrero_mesh as mesh;
 pub use sombrero_progressive as progressive;
 pub use sombrero_render as render;
+pub use sombrero_spatial as spatial;
 pub use sombrero_stats as stats;
 pub use sombrero_watermark as watermark;

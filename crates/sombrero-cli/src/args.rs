@@ -1,0 +1,189 @@
+//! The command line, as `--help` shows it.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use sombrero::attacks::Attack;
+use sombrero::basis::BasisFunction;
+use std::path::PathBuf;
+
+/// Prove whose a 3D model is: invisible, robust watermarks in the shape of triangle meshes.
+#[derive(Debug, Parser)]
+#[command(name = "sombrero", version, propagate_version = true, arg_required_else_help = true)]
+#[command(after_help = "Exit status: 0 done (detect: found), 1 no watermark found, 2 any failure.\n\
+    Formats: OBJ, PLY, STL, OFF, told by content. Try `sombrero demo`.")]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+
+    /// Print exactly one JSON object on stdout.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+
+    /// Threads to use; the result does not depend on it. Default: all cores.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Mark a mesh file: a copy with invisible changes, and the secret key that finds them again.
+    #[command(after_help = "Example: sombrero embed vase.obj -o vase-marked.obj --key vase.key --owner \"A. Museum\"\n\
+        Keep the original file and the key secret, and publish the marked copy.")]
+    Embed(Embed),
+    /// Tell whether a suspect mesh carries the mark.
+    #[command(after_help = "Example: sombrero detect found.obj --original vase.obj --key vase.key")]
+    Detect(Detect),
+    /// Apply attacks to a mesh, to see what the mark survives.
+    #[command(after_help = "Example: sombrero attack marked.obj -o noisy.obj noise:amplitude=0.002 smooth:iterations=10\n\
+        Attacks: none, reorder, noise:amplitude=A, smooth:iterations=N,lambda=L,mu=M,\n\
+        transform:rotation=DEGREES,translation=T,scale=S, simplify:ratio=R,\n\
+        watermark:epsilon=E,coefficients=N,basis=B, crop:fraction=F.\n\
+        Lengths are fractions of the largest side of the bounding box.")]
+    Attack(AttackArgs),
+    /// Measure how far two meshes are apart.
+    #[command(after_help = "Example: sombrero compare vase.obj vase-marked.obj")]
+    Compare(Compare),
+    /// Say what a mesh file is and whether it can be marked.
+    #[command(after_help = "Example: sombrero info vase.obj")]
+    Info(Info),
+    /// Derive watermark and basis again and say whether a key is genuine.
+    #[command(after_help = "Example: sombrero verify vase.key --original vase.obj")]
+    Verify(Verify),
+    /// Make models, mark and attack them, look for the marks: a table, meshes, pictures and a report.
+    #[command(after_help = "Example: sombrero demo -o demo")]
+    Demo(Demo),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Embed {
+    /// The mesh to mark. It stays as it is.
+    pub(crate) input: PathBuf,
+    /// The marked copy, in the same format.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// The key to write: secret, readable by you alone.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) key: PathBuf,
+    /// Whose mark it is.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    pub(crate) owner: String,
+    /// Whose copy it is.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    pub(crate) recipient: String,
+    /// How many coefficients carry the mark.
+    #[arg(long, value_name = "N", default_value_t = 50)]
+    pub(crate) coefficients: usize,
+    /// Strength of the mark.
+    #[arg(long, value_name = "E", default_value_t = 0.01)]
+    pub(crate) epsilon: f64,
+    /// Basis function: sombrero, derby or hat.
+    #[arg(long, value_name = "NAME", default_value_t = BasisFunction::Sombrero)]
+    pub(crate) basis: BasisFunction,
+    /// A file with the secret, 64 hexadecimal digits. Default: a new one from the operating system.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) secret_file: Option<PathBuf>,
+    /// Replace outputs that exist.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Method {
+    /// The paper's: least squares, correlation, t test.
+    Paper,
+    /// Survives more; not there yet.
+    Robust,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Step {
+    /// If it can be had and helps.
+    Auto,
+    /// Insist.
+    Always,
+    /// Do without.
+    Never,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Detect {
+    /// The mesh to look at.
+    pub(crate) suspect: PathBuf,
+    /// The file that was marked, exactly.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) original: PathBuf,
+    /// The key that `embed` wrote.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) key: PathBuf,
+    /// How to look. This version has the paper's method alone.
+    #[arg(long, value_enum, default_value_t = Method::Paper)]
+    pub(crate) method: Method,
+    /// Align the suspect to the original first. This version cannot.
+    #[arg(long, value_enum, default_value_t = Step::Auto)]
+    pub(crate) registration: Step,
+    /// Resample the suspect to the original's connectivity. This version cannot.
+    #[arg(long, value_enum, default_value_t = Step::Auto)]
+    pub(crate) resampling: Step,
+    /// The mark counts as found when the probability of a chance match is at most this.
+    #[arg(long, value_name = "P", default_value_t = 1e-6)]
+    pub(crate) threshold: f64,
+    /// Write a report for people: one HTML page with plot and pictures.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Replace a report that exists.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct AttackArgs {
+    /// The mesh to attack. It stays as it is.
+    pub(crate) input: PathBuf,
+    /// The attacked mesh, in the same format.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// The attacks, in order.
+    #[arg(required = true, value_name = "SPEC")]
+    pub(crate) attacks: Vec<Attack>,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Replace an output that exists.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// The first mesh; relative lengths are fractions of its size.
+    pub(crate) a: PathBuf,
+    /// The second mesh.
+    pub(crate) b: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Info {
+    /// The mesh.
+    pub(crate) mesh: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Verify {
+    /// The key.
+    pub(crate) key: PathBuf,
+    /// The file that it was made for.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) original: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Demo {
+    /// The folder to write to.
+    #[arg(short, long, value_name = "DIR", default_value = "sombrero-demo")]
+    pub(crate) output: PathBuf,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Replace files that exist.
+    #[arg(long)]
+    pub(crate) force: bool,
+}

@@ -1,0 +1,49 @@
+//! `sombrero attack`.
+
+use crate::args::AttackArgs;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::{Answer, files};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use sombrero::attack;
+use sombrero::io::{Document, write_atomically};
+use std::path::Path;
+
+#[derive(Serialize)]
+struct Report<'a> {
+    output: &'a Path,
+    attacks: Vec<String>,
+    seed: u64,
+    vertices: usize,
+    faces: usize,
+    kept_file: bool,
+}
+
+pub(crate) fn run(args: &AttackArgs) -> Result<Answer, Failure> {
+    files::check_outputs(&[&args.output], &[&args.input], args.force)?;
+    let _progress = Progress::new(format!("attacking {}", args.input.display()));
+    let document = Document::read(&args.input)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
+    let attacked = attack(&document, &args.attacks, &mut rng).map_err(|e| Failure::about("attack", &args.input, &e))?;
+    write_atomically(&args.output, &attacked.bytes, files::overwrite(args.force))?;
+    let report = Report {
+        output: &args.output,
+        attacks: args.attacks.iter().map(ToString::to_string).collect(),
+        seed: args.seed,
+        vertices: attacked.soup.points.len(),
+        faces: attacked.soup.triangles.len(),
+        kept_file: attacked.kept_file,
+    };
+    let file = if attacked.kept_file { "all but positions kept" } else { "bare mesh, connectivity changed" };
+    let text = format!(
+        "attacked {} → {}\n  attacks       {}\n  mesh          {} points, {} triangles ({file})",
+        args.input.display(),
+        args.output.display(),
+        report.attacks.join(" "),
+        report.vertices,
+        report.faces,
+    );
+    Answer::new(text, &report)
+}

@@ -1,0 +1,24 @@
+//! `sombrero compare`.
+
+use crate::Answer;
+use crate::args::Compare;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use sombrero::compare;
+use sombrero::io::Document;
+
+pub(crate) fn run(args: &Compare) -> Result<Answer, Failure> {
+    let _progress = Progress::new("comparing");
+    let (a, b) = (Document::read(&args.a)?, Document::read(&args.b)?);
+    let c = compare(&a, &b).map_err(|e| Failure::about("mesh", &args.b, &e))?;
+    let mut lines = vec![
+        format!("{} and {}", args.a.display(), args.b.display()),
+        format!("  Hausdorff     {:.4e} ({:.6} of the largest side)", c.hausdorff, c.relative_hausdorff),
+        format!("  rms           {:.4e} ({:.6})", c.rms, c.relative_rms),
+        format!("  mean          {:.4e}", c.mean),
+    ];
+    if let (Some(rms), Some(max)) = (c.vertex_rms, c.vertex_max) {
+        lines.push(format!("  vertices      moved by {rms:.4e} rms, {max:.4e} max (same connectivity)"));
+    }
+    Answer::new(lines.join("\n"), &c)
+}

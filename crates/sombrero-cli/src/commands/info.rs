@@ -1,0 +1,48 @@
+//! `sombrero info`.
+
+use crate::Answer;
+use crate::args::Info as Args;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use sombrero::io::Document;
+use sombrero::{Info, info};
+
+pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
+    let _progress = Progress::new(format!("reading {}", args.mesh.display()));
+    let info = info(&Document::read(&args.mesh)?);
+    Answer::new(text(args, &info), &info)
+}
+
+fn text(args: &Args, i: &Info) -> String {
+    let markable = if i.markable { "yes" } else { "no, not with the usual number of coefficients" };
+    let mut lines = vec![
+        format!("{}: {}", args.mesh.display(), i.format),
+        format!("  vertices      {} stored, {} distinct positions, {} in no face", i.vertices, i.points, i.unused_vertices),
+        format!("  triangles     {}", i.triangles),
+        format!("  topology      {}", topology(i)),
+        format!(
+            "  defects       {} non-manifold edges, {} non-manifold vertices, {} degenerate, {} doubled, {} turned faces",
+            i.nonmanifold_edges, i.nonmanifold_vertices, i.degenerate_faces, i.doubled_faces, i.flipped_faces
+        ),
+    ];
+    if let Some(b) = i.bounding_box {
+        let [x, y, z] = std::array::from_fn(|k| format!("{:.6} to {:.6}", b.min[k], b.max[k]));
+        lines.push(format!("  bounding box  x {x}, y {y}, z {z}"));
+    }
+    lines.push(format!("  area          {:.6e}{}", i.area, i.volume.map_or(String::new(), |v| format!(", volume {v:.6e}"))));
+    if !i.attributes.is_empty() {
+        lines.push(format!("  attributes    {}", i.attributes.join(", ")));
+    }
+    lines.push(format!("  markable      {markable}; at most {} coefficients", i.capacity));
+    lines.extend(i.warnings.iter().map(|w| format!("  note          {w}")));
+    lines.join("\n")
+}
+
+fn topology(i: &Info) -> String {
+    let boundary = match i.boundary_loops {
+        0 => "closed".to_owned(),
+        loops => format!("{loops} boundary loops of {} edges", i.boundary_edges),
+    };
+    let genus = i.genus.map_or(String::new(), |g| format!(", genus {g}"));
+    format!("{} component{}, {boundary}{genus}", i.components, if i.components == 1 { "" } else { "s" })
+}

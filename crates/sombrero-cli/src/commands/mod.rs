@@ -1,0 +1,9 @@
+//! One file a command: read, call the library, write, say what was done.
+
+pub(crate) mod attack;
+pub(crate) mod compare;
+pub(crate) mod demo;
+pub(crate) mod detect;
+pub(crate) mod embed;
+pub(crate) mod info;
+pub(crate) mod verify;

@@ -1,0 +1,47 @@
+//! What ends a command with status 2: one sentence, and a word for programs.
+
+use serde::Serialize;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// A failure. Serializes as the object under `error`.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Failure {
+    /// One word for programs: usage, read, write, mesh, key, suspect, attack, internal.
+    kind: &'static str,
+    /// One sentence: what and where it is, and what to do about it.
+    message: String,
+}
+
+impl Failure {
+    pub(crate) fn new(kind: &'static str, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into() }
+    }
+
+    /// For errors that do not name their file themselves.
+    pub(crate) fn about(kind: &'static str, path: &Path, error: &dyn std::error::Error) -> Self {
+        Self::new(kind, format!("{}: {error}", path.display()))
+    }
+
+    /// Prints it and gives the exit status.
+    pub(crate) fn report(&self, json: bool) -> ExitCode {
+        if json {
+            crate::say(&serde_json::json!({ "error": self }).to_string());
+        } else {
+            eprintln!("sombrero: {}", self.message);
+        }
+        ExitCode::from(2)
+    }
+}
+
+impl From<sombrero::io::ReadError> for Failure {
+    fn from(error: sombrero::io::ReadError) -> Self {
+        Self::new("read", error.to_string())
+    }
+}
+
+impl From<sombrero::io::WriteError> for Failure {
+    fn from(error: sombrero::io::WriteError) -> Self {
+        Self::new("write", error.to_string())
+    }
+}

@@ -1,0 +1,58 @@
+//! Reading keys and secrets, and care with outputs.
+
+use crate::failure::Failure;
+use sombrero::io::{Limits, Overwrite};
+use sombrero::watermark::{Key, Secret};
+use std::path::Path;
+
+/// A key of a million coefficients has about 20 MB.
+const LARGEST_KEY: u64 = 64 << 20;
+
+pub(crate) fn read_key(path: &Path) -> Result<Key, Failure> {
+    let bytes = read_small(path, LARGEST_KEY)?;
+    Key::from_json(&bytes).map_err(|e| Failure::about("key", path, &e))
+}
+
+/// The secret in a file of 64 hexadecimal digits, or a new one from the operating system.
+pub(crate) fn secret(path: Option<&Path>) -> Result<Secret, Failure> {
+    let Some(path) = path else {
+        let mut bytes = [0; 32];
+        return match getrandom::fill(&mut bytes) {
+            Ok(()) => Ok(Secret(bytes)),
+            Err(e) => Err(Failure::new("secret", format!("the operating system gives no randomness ({e}); use --secret-file"))),
+        };
+    };
+    let bytes = read_small(path, 4096)?;
+    let text = String::from_utf8_lossy(&bytes);
+    Secret::from_hex(&text).map_err(|e| Failure::about("secret", path, &e))
+}
+
+/// The whole of a regular file that is no larger than `most` bytes.
+fn read_small(path: &Path, most: u64) -> Result<Vec<u8>, Failure> {
+    Ok(sombrero::io::read_bytes(path, Limits::default().with_max_bytes(most))?)
+}
+
+pub(crate) fn overwrite(force: bool) -> Overwrite {
+    if force { Overwrite::Allow } else { Overwrite::Refuse }
+}
+
+/// Refuses outputs that exist before any work is done, unless `force`; and always those that are an input
+/// or each other.
+pub(crate) fn check_outputs(outputs: &[&Path], inputs: &[&Path], force: bool) -> Result<(), Failure> {
+    let same = |a: &Path, b: &Path| a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    for (i, output) in outputs.iter().enumerate() {
+        if inputs.iter().any(|input| same(output, input)) {
+            let message = format!("{}: the output would replace an input; choose another name", output.display());
+            return Err(Failure::new("write", message));
+        }
+        if outputs[..i].iter().any(|other| same(output, other)) {
+            let message = format!("{}: two outputs have the same name; choose another one", output.display());
+            return Err(Failure::new("write", message));
+        }
+        if !force && output.symlink_metadata().is_ok() {
+            let message = format!("{}: already exists; choose another name or give --force", output.display());
+            return Err(Failure::new("write", message));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,7 @@
+//! The `sombrero` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    sombrero_cli::run(std::env::args_os())
+}
