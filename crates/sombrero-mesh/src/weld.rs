@@ -24,7 +24,7 @@ impl Weld {
         let mut leader: Vec<u32> = (0..stored.len() as u32).collect();
         for pair in order.windows(2) {
             let (before, here) = (pair[0] as usize, pair[1] as usize);
-            if keys[before] == keys[here] && stored[here] == stored[here] {
+            if keys[before] == keys[here] && stored[here].coords.iter().all(|x| !x.is_nan()) {
                 leader[here] = leader[before];
             }
         }
