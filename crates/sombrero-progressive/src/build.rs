@@ -6,7 +6,7 @@
 //! them shrink evenly. The cheapest collapse that is allowed goes first; ties go to the smaller index.
 //!
 //! Allowed is what keeps the topology (the link condition), leaves boundary vertices on their boundary
-//! and turns no face by more than 41 degrees. When nothing more is allowed, the last condition is dropped,
+//! and turns no face by more than 45 degrees. When nothing more is allowed, the last condition is dropped,
 //! so that the base is the smallest mesh that the topology permits; the level where this happens is kept,
 //! because below it the mesh no longer has the shape of the original.
 //!
@@ -22,7 +22,7 @@ use std::collections::BinaryHeap;
 /// λ: weight of the edge length against the quadric error.
 const EVENNESS: f64 = 1e-6;
 /// Smallest cosine between the normals of a face before and after a collapse.
-const LEAST_COSINE: f64 = 0.75;
+const LEAST_COSINE: f64 = 0.7;
 
 /// Collapses `mesh` to its base and returns the collapses in order, and how many of them kept the shape.
 pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> (Vec<Collapse>, usize) {

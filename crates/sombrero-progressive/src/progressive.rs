@@ -65,7 +65,7 @@ impl ProgressiveMesh {
     }
 
     /// The coarsest level that still has the shape of the full mesh: on the way down to it no collapse
-    /// turned a face by more than 41 degrees. Below it the topology is right but the surface may be
+    /// turned a face by more than 45 degrees. Below it the topology is right but the surface may be
     /// anything, down to a flat double triangle for a sphere.
     pub fn shape_level(&self) -> usize {
         self.shape_level
