@@ -7,7 +7,9 @@ use serde::Serialize;
 use sombrero_basis::{Basis, BasisError};
 use sombrero_extraction::{ExtractError, extract};
 use sombrero_io::Document;
-use sombrero_stats::{LogProbability, WatermarkTest, WatermarkTestError, WatermarkTestOptions, select, watermark_test};
+use sombrero_stats::{
+    LogProbability, WatermarkTest, WatermarkTestError, WatermarkTestOptions, select, watermark_test,
+};
 use sombrero_watermark::{Key, Mismatch};
 use thiserror::Error;
 
@@ -110,7 +112,9 @@ pub enum DetectError {
         which: &'static str,
     },
     /// The threshold is no probability.
-    #[error("the threshold {threshold} is not a probability; give a number above 0 and at most 1, such as 1e-6")]
+    #[error(
+        "the threshold {threshold} is not a probability; give a number above 0 and at most 1, such as 1e-6"
+    )]
     Threshold {
         /// What was given.
         threshold: f64,

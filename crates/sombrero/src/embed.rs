@@ -100,7 +100,9 @@ pub enum EmbedError {
     #[error(transparent)]
     Extract(#[from] ExtractError),
     /// The file's numbers are too coarse for the mark.
-    #[error("the mark does not survive being stored (log10 p is {log10_p:.1} in the marked file): the file's number type is too coarse for its coordinates; move the model nearer to the origin, use a format with double precision, or raise epsilon")]
+    #[error(
+        "the mark does not survive being stored (log10 p is {log10_p:.1} in the marked file): the file's number type is too coarse for its coordinates; move the model nearer to the origin, use a format with double precision, or raise epsilon"
+    )]
     Lost {
         /// What was found in the marked file.
         log10_p: f64,

@@ -138,7 +138,10 @@ pub(crate) fn repair_notes(report: &Report) -> Vec<String> {
         (report.flipped_faces, "faces are oriented against their neighbours and are turned for the method"),
         (report.nonmanifold_edges, "edges have more than two faces; the surface is cut there for the method"),
         (report.unorientable_edges, "edges lie on a one-sided surface, which is cut there for the method"),
-        (report.nonmanifold_vertices, "vertices join several fans of faces, which are told apart for the method"),
+        (
+            report.nonmanifold_vertices,
+            "vertices join several fans of faces, which are told apart for the method",
+        ),
     ];
     notes.iter().filter(|(count, _)| *count > 0).map(|(count, note)| format!("{count} {note}.")).collect()
 }

@@ -6,6 +6,7 @@ mod detect;
 mod embed;
 mod info;
 mod model;
+pub mod report;
 mod timing;
 
 pub use attack::{AttackFileError, AttackedFile, attack};

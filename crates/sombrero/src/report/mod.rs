@@ -21,7 +21,7 @@ use sombrero_mesh::Soup;
 use sombrero_render::ImageError;
 use sombrero_watermark::Key;
 use thiserror::Error;
-use words::{decimal, odds, p_value, percent, power};
+use words::{decimal, odds, p_value, percent};
 
 /// All that a report shows. Lengths are in model units.
 #[derive(Debug, Clone, Copy)]
@@ -118,7 +118,7 @@ pub fn detection_report(input: &DetectionReport<'_>) -> Result<String, ReportErr
                     (meaning(input.detection))
                     (files(input))
                     (parameters(input))
-                    (course(input.detection))
+                    (course(input))
                     (repeat(input.command))
                 }
                 (footer(input.date))
@@ -173,7 +173,7 @@ fn figures(detection: &Detection) -> Markup {
     html! {
         dl.figures {
             (figure("p", p_value(detection.log10_p), "The probability of a match by chance."))
-            (figure("threshold", power(detection.threshold.log10()), "Found means that p is at most this."))
+            (figure("threshold", p_value(detection.threshold.log10()), "Found means that p is at most this."))
             (figure(
                 "correlation",
                 html! { (decimal(detection.correlation, 3)) },
@@ -264,8 +264,7 @@ fn meaning(detection: &Detection) -> Markup {
 }
 
 fn files(input: &DetectionReport<'_>) -> Markup {
-    let files =
-        [("Original", input.original_file), ("Suspect", input.suspect_file), ("Key", input.key_file)];
+    let files = [("Original", input.original_file), ("Suspect", input.suspect_file), ("Key", input.key_file)];
     html! {
         section {
             h2 { "Files" }
@@ -303,7 +302,11 @@ fn parameters(input: &DetectionReport<'_>) -> Markup {
 }
 
 fn named(name: &str) -> Markup {
-    if name.is_empty() { html! { span.faint { "not named" } } } else { outside(name) }
+    if name.is_empty() {
+        html! { span.faint { "not named" } }
+    } else {
+        outside(name)
+    }
 }
 
 fn pair(name: &str, value: Markup) -> Markup {
@@ -311,12 +314,13 @@ fn pair(name: &str, value: Markup) -> Markup {
 }
 
 /// How the answer came about: what was tried, how the suspect was moved, how long it took.
-fn course(detection: &Detection) -> Markup {
+fn course(input: &DetectionReport<'_>) -> Markup {
+    let detection = input.detection;
     html! {
         section {
             h2 { "How it was tested" }
             (variants(detection))
-            (alignment(detection.registration.as_ref()))
+            (alignment(detection.registration.as_ref(), input.original.largest_side()))
             (timings(detection))
         }
     }
@@ -325,12 +329,12 @@ fn course(detection: &Detection) -> Markup {
 fn variants(detection: &Detection) -> Markup {
     let tried = detection.variants.len();
     html! {
+        p {
+            @if tried == 1 { "One way of looking was tried." }
+            @else { (tried) " ways of looking were tried; p above is that of the best one, times " (tried) "." }
+        }
         div.scroll {
             table {
-                caption {
-                    @if tried == 1 { "One way of looking was tried." }
-                    @else { (tried) " ways of looking were tried; p above is that of the best one, times " (tried) "." }
-                }
                 thead {
                     tr { th { "Aligned" } th { "Resampled" } th.number { "p alone" } th.number { "Correlation" } th { } }
                 }
@@ -354,13 +358,15 @@ fn variant_row(variant: &Variant, winner: Variant) -> Markup {
     }
 }
 
-fn alignment(alignment: Option<&Alignment>) -> Markup {
+fn alignment(alignment: Option<&Alignment>, side: f64) -> Markup {
     let Some(Alignment { matrix, rms }) = alignment else {
         return html! { p { "The suspect was compared where it lies, without moving it." } };
     };
     html! {
-        p { "The suspect was moved onto the original by this matrix; " (decimal(*rms, 6)) " model units (root mean \
-             square) were left between the two." }
+        p {
+            "The suspect was moved onto the original by this matrix. The two are then " (percent(rms / side))
+            " of the largest side apart (root mean square)."
+        }
         div.scroll {
             table.matrix { tbody { @for row in matrix { tr { @for value in row { td.number { (decimal(*value, 6)) } } } } } }
         }

@@ -29,8 +29,7 @@ impl Pictures {
             Placement::Empty => (camera, Some("It has no surface to draw.")),
             Placement::Near => (camera, None),
             Placement::Elsewhere => {
-                let remark =
-                    "It lies elsewhere or has another size, and is drawn in a frame of its own, turned as it is.";
+                let remark = "It lies elsewhere or has another size, and is drawn in a frame of its own, turned as it is.";
                 (self::camera(&suspect), Some(remark))
             }
         };
@@ -112,11 +111,10 @@ fn placement(original: &Soup, suspect: &Soup) -> Placement {
         return Placement::Empty;
     };
     let side = a.largest_side();
-    let out = (a.min - b.min).amax().max((b.max - a.max).amax());
     // Part of the original lies inside its box, however small; what sticks out would be cut off.
     let inside = (0..3).all(|k| b.min[k] > a.min[k] - 0.1 * side && b.max[k] < a.max[k] + 0.1 * side);
     let visible = b.largest_side() > 0.2 * side;
-    if out.is_finite() && inside && visible { Placement::Near } else { Placement::Elsewhere }
+    if inside && visible { Placement::Near } else { Placement::Elsewhere }
 }
 
 /// A picture on no background, so that it suits light and dark pages, as a data URI.
@@ -126,6 +124,8 @@ fn draw(soup: &Soup, camera: Camera, heat_map: Option<HeatMap>) -> Result<String
         height: SIZE[1],
         camera: Some(camera),
         background: [0; 4],
+        // The page shrinks the picture by half, which smooths again.
+        supersampling: 2,
         heat_map,
         ..RenderOptions::default()
     };
@@ -155,7 +155,8 @@ impl Distances {
             *share = found.map_or(f64::NAN, |found| distance(point, &found) / side);
         }
         // Only what belongs to the surface counts.
-        let used: Vec<f64> = shares.iter().zip(soup.used()).filter(|(_, used)| *used).map(|(s, _)| *s).collect();
+        let used: Vec<f64> =
+            shares.iter().zip(soup.used()).filter(|(_, used)| *used).map(|(s, _)| *s).collect();
         let mut known: Vec<f64> = used.iter().copied().filter(|share| share.is_finite()).collect();
         known.sort_by(f64::total_cmp);
         let missing = used.len() - known.len();

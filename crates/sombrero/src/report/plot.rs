@@ -88,7 +88,8 @@ impl Plot {
             text += &format!(", {dropped} dropped because they are larger than ±{limit} on the suspect");
         }
         if !self.missing.is_empty() {
-            text += &format!(", {} missing because their part of the surface was not found", self.missing.len());
+            text +=
+                &format!(", {} missing because their part of the surface was not found", self.missing.len());
         }
         text + "."
     }
@@ -121,7 +122,7 @@ impl Plot {
         let size = if total > MANY { 2.0 } else { 4.0 };
         html! {
             @for w in &self.missing {
-                path.missing d={ "M" (px(self.x(*w))) " " (FRAME[3]) "v-9" } {}
+                path.missing d={ "M" (px(self.x(*w))) " " (FRAME[3]) "v-12" } {}
             }
             @for [w, e] in &self.dropped { (cross(self.x(*w), self.y(*e), size)) }
             @for [w, e] in &self.used {
@@ -141,7 +142,7 @@ impl Plot {
                     li { (swatch(cross(8.0, 8.0, 4.0))) "dropped, beyond ±" (limit) " (at the edge if outside)" }
                 }
                 @if !self.missing.is_empty() {
-                    li { (swatch(html! { path.missing d="M8 13v-9" {} })) "missing on the suspect" }
+                    li { (swatch(html! { path.missing d="M8 14v-12" {} })) "missing on the suspect" }
                 }
                 li { (swatch(html! { path.diagonal d="M1 15L15 1" {} })) "perfect match" }
                 @if self.limit.is_some() {

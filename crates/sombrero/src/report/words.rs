@@ -30,16 +30,16 @@ pub(super) fn percent(share: f64) -> String {
     }
     let digits = match value.abs() {
         0.0 => 0,
-        v if v < 1e-6 => return "less than 0.000001 %".into(),
+        v if v < 1e-6 => return "less than 0.000001\u{a0}%".into(),
         v if v >= 9.95 => usize::from(v.fract() != 0.0),
         v => (1.0 - v.log10().floor()).max(1.0) as usize,
     };
-    format!("{} %", decimal(value, digits))
+    format!("{}\u{a0}%", decimal(value, digits))
 }
 
 /// 10 to the power of `log10`, to one decimal; whole where it is whole.
 pub(super) fn power(log10: f64) -> Markup {
-    if !(log10 >= SMALLEST_EXPONENT) {
+    if log10.is_nan() || log10 < SMALLEST_EXPONENT {
         return html! { "below 10" sup { (decimal(SMALLEST_EXPONENT, 0)) } };
     }
     let whole = (log10 - log10.round()).abs() < 1e-9;
@@ -48,7 +48,11 @@ pub(super) fn power(log10: f64) -> Markup {
 
 /// A probability: as it is down to a hundredth, then as a power of ten.
 pub(super) fn p_value(log10_p: f64) -> Markup {
-    if log10_p > -2.0 { html! { (decimal(10_f64.powf(log10_p.min(0.0)), 2)) } } else { power(log10_p) }
+    if log10_p > -2.0 {
+        html! { (decimal(10_f64.powf(log10_p.min(0.0)), 2)) }
+    } else {
+        power(log10_p)
+    }
 }
 
 /// The end of the sentence "the chance is …". Large odds are cut, not rounded, lest they promise too much.
@@ -70,7 +74,7 @@ fn grouped(value: f64) -> String {
     let digits = decimal((value / unit).round() * unit, 0);
     let mut text = String::new();
     for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place) % 3 == 0 {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);
@@ -93,12 +97,12 @@ mod tests {
     #[test]
     fn percents_keep_two_digits() {
         let cases = [
-            (0.0, "0 %"),
-            (1.0, "100 %"),
-            (0.9961, "99.6 %"),
-            (0.05, "5.0 %"),
-            (0.001234, "0.12 %"),
-            (1e-9, "less than 0.000001 %"),
+            (0.0, "0\u{a0}%"),
+            (1.0, "100\u{a0}%"),
+            (0.9961, "99.6\u{a0}%"),
+            (0.05, "5.0\u{a0}%"),
+            (0.001234, "0.12\u{a0}%"),
+            (1e-9, "less than 0.000001\u{a0}%"),
             (f64::INFINITY, "–"),
         ];
         for (share, text) in cases {

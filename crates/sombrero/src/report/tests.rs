@@ -1,0 +1,227 @@
+//! The page as a whole.
+
+use super::*;
+use crate::{DetectOptions, EmbedOptions, Prepared, embed};
+use sombrero_io::{Document, Format, encode};
+use sombrero_mesh::shapes;
+use sombrero_watermark::{Identity, Secret};
+use std::sync::OnceLock;
+
+/// A detection and what it came from.
+struct Case {
+    detection: Detection,
+    key: Key,
+    original: Model,
+    suspect: Soup,
+    found: Vec<Option<Point3<f64>>>,
+}
+
+impl Case {
+    fn input(&self) -> DetectionReport<'_> {
+        let file = |name| FileLabel { name, sha256: "00ff" };
+        DetectionReport {
+            detection: &self.detection,
+            key: &self.key,
+            original: &self.original,
+            suspect: &self.suspect,
+            found: Some(&self.found),
+            original_file: file("vase.obj"),
+            suspect_file: file("copy.obj"),
+            key_file: file("vase.key"),
+            command: "sombrero detect copy.obj --original vase.obj --key vase.key",
+            date: Some("12 May 2026"),
+        }
+    }
+}
+
+fn detected(suspect: &Document, original: &Document, key: Key) -> Case {
+    let prepared = Prepared::new(original, key).unwrap();
+    let detection = prepared.detect(suspect, &DetectOptions::default()).unwrap();
+    let found = prepared.model().points_from_stored(suspect.points()).into_iter().map(Some).collect();
+    let (key, original) = (prepared.key().clone(), prepared.model().clone());
+    Case { detection, key, original, suspect: suspect.soup(), found }
+}
+
+/// A marked copy and the original itself as suspects.
+fn cases() -> &'static [Case; 2] {
+    static CASES: OnceLock<[Case; 2]> = OnceLock::new();
+    CASES.get_or_init(|| {
+        let bytes = encode(Format::Obj, &shapes::bumpy_sphere(400)).unwrap();
+        let original = Document::parse(bytes, None).unwrap();
+        let identity = Identity { owner: "Alice".into(), recipient: "Bob".into() };
+        let options = EmbedOptions { identity, ..EmbedOptions::default() };
+        let marked = embed(&original, Secret([7; 32]), &options).unwrap();
+        let copy = Document::parse(marked.bytes, None).unwrap();
+        [detected(&copy, &original, marked.key.clone()), detected(&original, &original, marked.key)]
+    })
+}
+
+fn marked() -> Case {
+    let Case { detection, key, original, suspect, found } = &cases()[0];
+    Case {
+        detection: detection.clone(),
+        key: key.clone(),
+        original: original.clone(),
+        suspect: suspect.clone(),
+        found: found.clone(),
+    }
+}
+
+fn page(case: &Case) -> String {
+    detection_report(&case.input()).unwrap()
+}
+
+/// The page without the pictures' bytes, in which any few letters may occur.
+fn without_pictures(page: &str) -> String {
+    let mut parts = page.split("data:image/png;base64,");
+    let mut text = parts.next().unwrap().to_owned();
+    parts.for_each(|part| text += part.split_once('"').unwrap().1);
+    text
+}
+
+#[test]
+fn both_verdicts() {
+    let [found, not_found] = cases();
+    let text = page(found);
+    assert!(text.starts_with("<!DOCTYPE html>") && text.ends_with("</html>"));
+    assert!(text.contains("The mark was found") && !text.contains("No mark was found"));
+    assert!(text.contains("less than 1 in 10<sup>"));
+    for part in ["Alice", "Bob", "vase.obj", "00ff", "12 May 2026", "--key vase.key", "sombrero 0."] {
+        assert!(text.contains(part), "{part}");
+    }
+    let text = page(not_found);
+    assert!(text.contains("No mark was found") && !text.contains("The mark was found"));
+    assert!(
+        text.contains("about 100 in 100") && text.contains("does not show that the mesh never carried it")
+    );
+    assert!(text.contains("No point has moved at all."));
+}
+
+#[test]
+fn nothing_is_loaded_or_run() {
+    let page = page(&cases()[0]);
+    assert_eq!(page.matches("src=").count(), 3);
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 3);
+    let text = without_pictures(&page);
+    for word in ["http", "href", "url(", "@import", "//", "<script", "<link", "<iframe"] {
+        assert!(!text.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    assert_eq!(page(&cases()[0]), page(&cases()[0]));
+}
+
+#[test]
+fn text_from_outside_is_escaped() {
+    let evil = "<script>alert(\"1\")</script>&'";
+    let mut case = marked();
+    case.key.identity = Identity { owner: evil.into(), recipient: evil.into() };
+    case.detection.warnings.push(evil.into());
+    let file = FileLabel { name: evil, sha256: evil };
+    let input = DetectionReport {
+        original_file: file,
+        suspect_file: file,
+        key_file: file,
+        command: evil,
+        date: Some(evil),
+        ..case.input()
+    };
+    let text = detection_report(&input).unwrap();
+    assert!(!text.contains("<script") && !text.contains("alert(\""));
+    // Title, lead (2), date, warning, files (6), owner, recipient, command, foot.
+    assert_eq!(text.matches("&lt;script&gt;alert(&quot;1&quot;)&lt;/script&gt;&amp;'").count(), 15);
+}
+
+#[test]
+fn the_plot_has_a_sign_for_each_coefficient() {
+    let mut case = marked();
+    case.detection.extracted[3] = None;
+    case.detection.extracted[4] = Some(f64::NAN);
+    case.detection.extracted[5] = Some(-1e9);
+    let used = case.detection.extracted.iter().flatten().filter(|e| e.abs() <= 2.5).count();
+    let text = page(&case);
+    let count = |class: &str| text.matches(&format!("<{class}")).count();
+    assert_eq!(count("circle class=\"used\""), used);
+    // One sign more of each is in the legend.
+    assert_eq!(count("path class=\"missing\""), 2 + 1);
+    assert_eq!(count("path class=\"dropped\""), 50 - 2 - used + 1);
+    assert!(
+        text.contains("role=\"img\"") && text.contains(&format!("Of 50 coefficients {used} were compared"))
+    );
+    assert_eq!(
+        page(&cases()[0]).matches("circle class=\"used\"").count(),
+        cases()[0].detection.coefficients_used
+    );
+}
+
+#[test]
+fn thousands_of_coefficients_stay_small() {
+    let mut case = marked();
+    case.key.watermark = (0..5000).map(|i| f64::from(i % 600) / 100.0 - 3.0).collect();
+    case.detection.extracted = case.key.watermark.iter().map(|w| Some(0.8 * w)).collect();
+    let text = page(&case);
+    assert_eq!(text.matches("circle class=\"used\"").count(), 5000);
+    assert!(without_pictures(&text).len() < 500_000);
+}
+
+#[test]
+fn odd_numbers_appear_as_none() {
+    let mut case = marked();
+    case.key.watermark = vec![f64::NAN, f64::INFINITY, 1e300, -1e300];
+    case.detection.extracted = vec![Some(1.0), None, Some(f64::NEG_INFINITY)];
+    case.detection.log10_p = f64::NEG_INFINITY;
+    case.detection.threshold = 0.0;
+    case.detection.correlation = f64::NAN;
+    case.detection.coverage = f64::NAN;
+    case.detection.variants.clear();
+    case.detection.registration = Some(Alignment { matrix: [[f64::NAN; 4]; 4], rms: f64::INFINITY });
+    let text = without_pictures(&page(&case));
+    assert!(!text.contains("NaN") && !text.contains(">inf"));
+}
+
+#[test]
+fn odd_shapes_are_no_error() {
+    let empty = Soup::default();
+    let point = Soup::new(vec![Point3::origin(); 3], vec![[0, 1, 2]]);
+    let broken = Soup::new(vec![Point3::new(f64::NAN, 1e308, -1e308); 2], vec![[0, 1, 9]]);
+    let far = [None, Some(Point3::new(f64::NAN, 0.0, 0.0)), Some(Point3::new(f64::MAX, -f64::MAX, 0.0))];
+    for original in [&empty, &point, &broken] {
+        let mut case = marked();
+        case.original = Model::new(original);
+        for suspect in [&empty, &point, &broken] {
+            for found in [None, Some(&far[..]), Some(&[])] {
+                let input = DetectionReport { suspect, found, command: "", date: None, ..case.input() };
+                let text = without_pictures(&detection_report(&input).unwrap());
+                assert!(!text.contains("NaN") && !text.contains("To repeat the test"));
+            }
+        }
+    }
+}
+
+#[test]
+fn an_empty_suspect_and_missing_points_are_named() {
+    let mut case = marked();
+    case.suspect = Soup::default();
+    case.found[0] = None;
+    let text = page(&case);
+    assert!(text.contains("It has no surface to draw."));
+    assert!(text.contains("One point was not found on the suspect"));
+    let unknown = DetectionReport { found: None, ..case.input() };
+    assert!(detection_report(&unknown).unwrap().contains("it is not known which point"));
+}
+
+#[test]
+fn registration_moves_the_suspect_before_it_is_drawn() {
+    let elsewhere = "in a frame of its own";
+    let mut case = marked();
+    case.suspect.points.iter_mut().for_each(|p| p.x += 100.0);
+    assert!(page(&case).contains(elsewhere));
+    let mut matrix = [[0.0; 4]; 4];
+    (0..4).for_each(|k| matrix[k][k] = 1.0);
+    matrix[0][3] = -100.0;
+    case.detection.registration = Some(Alignment { matrix, rms: 0.001 });
+    let text = page(&case);
+    assert!(!text.contains(elsewhere) && text.contains("−100.000000"));
+}
