@@ -62,7 +62,7 @@ pub struct IcpOptions {
     pub coarse_samples: usize,
     /// Points of the suspect in the fine round, 100 to 10⁷. Default 20 000.
     pub samples: usize,
-    /// Iterations at most, both rounds together. Default 60.
+    /// Iterations at most, coarse and fine round together, and again for the last one. Default 60.
     pub max_iterations: usize,
     /// Stop when a step moves the suspect by less than this fraction of its standard error, which is the
     /// residual over the square root of the number of samples. Default 0.03.
@@ -72,6 +72,13 @@ pub struct IcpOptions {
     /// Width of Tukey's biweight in the fine round, in standard deviations of the residual estimated from
     /// their median; `None` weights all pairs alike. Default `Some(5.0)`.
     pub tukey: Option<f64>,
+    /// A last round in which all pairs closer than this fraction of the reference's diagonal weigh alike;
+    /// `None` leaves it out. Default `Some(0.02)`.
+    ///
+    /// Robust weights find the pose among outliers. But where the suspect differs everywhere a little, as by a
+    /// watermark whose functions have no mean, they prefer the parts that happen to fit, and plain least
+    /// squares is nearer to the truth.
+    pub uniform_reach: Option<f64>,
 }
 
 impl Default for IcpOptions {
@@ -83,6 +90,7 @@ impl Default for IcpOptions {
             relative_tolerance: 0.03,
             rejection: Some(4.0),
             tukey: Some(5.0),
+            uniform_reach: Some(0.02),
         }
     }
 }
@@ -97,7 +105,8 @@ impl IcpOptions {
         within("samples", self.samples as f64, 100.0, 1e7, "from 100 to 10000000")?;
         within("relative_tolerance", self.relative_tolerance, 0.0, 1e6, "from 0 to 1e6")?;
         within("rejection", self.rejection.unwrap_or(1.0), 1.0, f64::MAX, "at least 1")?;
-        within("tukey", self.tukey.unwrap_or(1.0), 1.0, f64::MAX, "at least 1")
+        within("tukey", self.tukey.unwrap_or(1.0), 1.0, f64::MAX, "at least 1")?;
+        within("uniform_reach", self.uniform_reach.unwrap_or(0.0), 0.0, 1.0, "from 0 to 1")
     }
 }
 
@@ -120,7 +129,7 @@ pub fn align(
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
     let start = to_unit(&reference.0, &suspect, start).ok_or(RegistrationError::Start { index: 0 })?;
     let icp = Icp::new(&reference.0, &suspect, options);
-    let run = icp.both_rounds(start, options.max_iterations);
+    let run = icp.all_rounds(start, options.max_iterations);
     let judge = Judge::fine(&reference.0, &suspect, options);
     let pose = Pose::new(&reference.0, &suspect, &run.pose, &judge.fit(&run.pose))?;
     Ok(Registration::new(pose, run.iterations, run.converged, Vec::new()))
@@ -156,7 +165,7 @@ impl<'a> Icp<'a> {
 
     /// A few steps on few samples, to see where a start leads.
     pub(crate) fn trial_round(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
-        let policy = Policy { rejection: self.options.rejection, tukey: None, floor: 0.1 };
+        let policy = Policy { rejection: self.options.rejection, tukey: None, ..Policy::all(0.1) };
         self.run(&self.trial, start, PointToPlane::new(policy, COARSE_TOLERANCE), max_iterations)
     }
 
@@ -164,7 +173,7 @@ impl<'a> Icp<'a> {
     fn coarse_round(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
         let IcpOptions { rejection, tukey, relative_tolerance, .. } = *self.options;
         let solver = PointToPlane::new(
-            Policy { rejection, tukey, floor: 0.05 },
+            Policy { rejection, tukey, ..Policy::all(0.05) },
             relative_tolerance.max(COARSE_TOLERANCE),
         );
         self.run(&self.coarse, start, solver, max_iterations)
@@ -173,15 +182,26 @@ impl<'a> Icp<'a> {
     /// From where the coarse round ended.
     fn fine_round(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
         let IcpOptions { rejection, tukey, relative_tolerance, .. } = *self.options;
-        let solver = PointToPlane::new(Policy { rejection, tukey, floor: 0.005 }, relative_tolerance);
+        let solver = PointToPlane::new(Policy { rejection, tukey, ..Policy::all(0.005) }, relative_tolerance);
         self.run(&self.fine, start, solver, max_iterations)
     }
 
+    /// All pairs within reach alike, from where the fine round ended.
+    fn uniform_round(&self, start: Run, reach: f64, max_iterations: usize) -> Run {
+        let solver = PointToPlane::new(Policy { reach, ..Policy::all(0.0) }, self.options.relative_tolerance);
+        let run = self.run(&self.fine, start.pose, solver, max_iterations);
+        Run { iterations: start.iterations + run.iterations, ..run }
+    }
+
     /// One after the other.
-    pub(crate) fn both_rounds(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
+    pub(crate) fn all_rounds(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
         let coarse = self.coarse_round(start, max_iterations.div_ceil(2));
         let fine = self.fine_round(coarse.pose, max_iterations - coarse.iterations);
-        Run { iterations: coarse.iterations + fine.iterations, ..fine }
+        let fine = Run { iterations: coarse.iterations + fine.iterations, ..fine };
+        match self.options.uniform_reach {
+            Some(reach) => self.uniform_round(fine, reach, max_iterations),
+            None => fine,
+        }
     }
 
     fn run(&self, samples: &[Sample], start: Similarity3<f64>, solver: PointToPlane, most: usize) -> Run {

@@ -98,6 +98,8 @@ pub(crate) struct Policy {
     pub(crate) tukey: Option<f64>,
     /// Distances and residuals below this are kept in any case.
     pub(crate) floor: f64,
+    /// Distances beyond this are rejected, whatever the median.
+    pub(crate) reach: f64,
 }
 
 /// Weights of some pairs.
@@ -108,11 +110,16 @@ pub(crate) struct Weights {
 }
 
 impl Policy {
+    /// Keeps and weighs all alike.
+    pub(crate) fn all(floor: f64) -> Self {
+        Self { rejection: None, tukey: None, floor, reach: f64::INFINITY }
+    }
+
     /// A weight for each pair, 0 to 1.
     pub(crate) fn weights(&self, pairs: &[Pair]) -> Weights {
         let floor = self.floor.max(ROUNDING);
         let far = self.rejection.map(|k| k * median(pairs.iter().map(|p| p.distance).collect()));
-        let limit = far.unwrap_or(f64::INFINITY).max(floor);
+        let limit = far.unwrap_or(f64::INFINITY).max(floor).min(self.reach);
         let kept = |p: &Pair| p.compatible && !p.on_boundary && p.distance <= limit;
         let residuals = || pairs.iter().filter(|p| kept(p)).map(|p| p.residual().abs()).collect();
         let wide = self.tukey.map(|c| c * GAUSSIAN * median(residuals()));

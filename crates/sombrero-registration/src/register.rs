@@ -221,7 +221,7 @@ impl<'a> Search<'a> {
         let judge = Judge::fine(self.reference, self.suspect, &self.options.icp);
         let refine = |candidate: Candidate| {
             let left = self.options.icp.max_iterations.saturating_sub(candidate.run.iterations);
-            let mut run = self.icp.both_rounds(candidate.run.pose, left);
+            let mut run = self.icp.all_rounds(candidate.run.pose, left);
             run.iterations += candidate.run.iterations;
             Candidate { run, fit: judge.fit(&run.pose) }
         };
