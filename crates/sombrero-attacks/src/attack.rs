@@ -122,9 +122,13 @@ pub fn apply<R: Rng + ?Sized>(attack: &Attack, soup: &Soup, rng: &mut R) -> Resu
         }
         Attack::Simplify { ratio } => {
             in_range("ratio", *ratio, (0.0, 1.0), "between 0 and 1")?;
-            Ok(simplify(soup, *ratio))
+            let simplified = simplify(soup, *ratio);
+            if simplified.soup.triangles.is_empty() { Err(AttackError::NothingLeft) } else { Ok(simplified) }
         }
-        Attack::Watermark(mark) => Ok(moved(second_watermark(soup, mark, rng)?)),
+        Attack::Watermark(mark) => {
+            in_range("epsilon", mark.parameters.epsilon, (0.0, 1.0), "between 0 and 1")?;
+            Ok(moved(second_watermark(soup, mark, rng)?))
+        }
         Attack::Crop { fraction } => {
             in_range("fraction", *fraction, (0.0, 1.0), "between 0 and 1")?;
             crop(soup, *fraction)
@@ -215,6 +219,7 @@ mod tests {
             Attack::Simplify { ratio: 1.5 },
             Attack::Smooth(Smoothing { mu: 0.5, ..Smoothing::default() }),
             Attack::Transform(Transform { scale: Some(0.0), ..Transform::default() }),
+            "watermark:epsilon=2".parse().unwrap(),
         ] {
             assert!(
                 matches!(apply(&attack, &soup, &mut rng), Err(AttackError::Parameter { .. })),
@@ -223,5 +228,10 @@ mod tests {
         }
         assert_eq!(apply(&Attack::Crop { fraction: 1.0 }, &soup, &mut rng), Err(AttackError::NothingLeft));
         assert_eq!(apply(&Attack::None, &Soup::default(), &mut rng), Err(AttackError::NothingLeft));
+        let degenerate = Soup::new(soup.points.clone(), vec![[1, 1, 2]; 3]);
+        assert_eq!(
+            apply(&Attack::Simplify { ratio: 0.5 }, &degenerate, &mut rng),
+            Err(AttackError::NothingLeft)
+        );
     }
 }

@@ -128,8 +128,9 @@ impl Basis {
     /// B w with B = ε [φ_i h_i d_i]: one displacement for each vertex, in model units.
     ///
     /// # Panics
-    /// When `w` has fewer entries than there are functions.
+    /// When `w` does not have one entry for each function.
     pub fn displacements(&self, w: &[f64], epsilon: f64) -> Vec<Vector3<f64>> {
+        assert_eq!(w.len(), self.functions.len(), "a coefficient for each function");
         let mut moved = vec![Vector3::zeros(); self.vertex_count()];
         for (i, column) in self.values.col_iter().enumerate() {
             let step = self.step(i) * (epsilon * w[i]);
@@ -143,6 +144,9 @@ impl Basis {
     /// The same functions on points of which several vertices are copies: φ at a point is the mean of its
     /// copies, so that the copies move together. `point_of[v]` is the point of vertex v and must not
     /// decrease; `points` is how many there are, including those without a copy, which never move.
+    ///
+    /// # Panics
+    /// When `point_of` is not sorted, does not name a point for each vertex, or names one that is not there.
     pub fn on_points(&self, point_of: &[u32], points: usize) -> Self {
         let mut copies = vec![0.0; points];
         point_of.iter().for_each(|&p| copies[p as usize] += 1.0);

@@ -62,7 +62,7 @@ pub enum ExtractError {
 /// Solves for the coefficients that best explain how `suspect` differs from `original`.
 ///
 /// All three have one row a vertex: `suspect[j]` is where vertex j of the original is found, in the frame
-/// of the original, or `None` when it has no counterpart.
+/// of the original, or `None` when it has no counterpart. `epsilon` is the strength that the mark was made with.
 ///
 /// # Errors
 /// [`ExtractError`] when lengths differ or a position is not finite.

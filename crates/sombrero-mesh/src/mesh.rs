@@ -26,7 +26,7 @@ use thiserror::Error;
 /// Connectivity of a manifold, oriented triangle mesh, with or without boundary.
 ///
 /// Build one of clean triangles with [`Mesh::from_triangles`] and of anything else with
-/// [`repair`](crate::repair::repair). Memory is about 110 bytes a vertex.
+/// [`repair`](crate::repair::repair). Memory is about 140 bytes a vertex.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mesh {
     pub(crate) halfedges: Vec<Halfedge>,

@@ -58,8 +58,10 @@ pub enum KeyError {
         /// What the reader of JSON says, with line and column.
         detail: String,
     },
-    /// A later version wrote it.
-    #[error("the key has format version {found}, this program reads {VERSION}; use a newer program")]
+    /// Another version of the format.
+    #[error(
+        "the key has format version {found}, this program reads {VERSION}; use the program that wrote it"
+    )]
     Version {
         /// Its version.
         found: u32,
@@ -154,7 +156,7 @@ impl Key {
             return Err(KeyError::Syntax { detail: format!("the field `format` is not \"{FORMAT}\"") });
         }
         let version = field("version").and_then(serde_json::Value::as_u64).unwrap_or(0);
-        if version > u64::from(VERSION) {
+        if version != u64::from(VERSION) {
             return Err(KeyError::Version { found: u32::try_from(version).unwrap_or(u32::MAX) });
         }
         serde_json::from_slice::<File>(bytes).map_err(syntax)?.try_into()
