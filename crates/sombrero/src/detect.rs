@@ -1,15 +1,18 @@
 //! Looks for a mark in a suspect file.
 
-use crate::Model;
 use crate::timing::Stages;
-use nalgebra::Point3;
+use crate::{Model, Suspect};
+use nalgebra::{Point3, Similarity3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sombrero_basis::{Basis, BasisError};
-use sombrero_extraction::{ExtractError, extract};
+use sombrero_extraction::{ExtractError, Extraction, extract};
 use sombrero_io::Document;
-use sombrero_stats::{
-    LogProbability, WatermarkTest, WatermarkTestError, WatermarkTestOptions, select, watermark_test,
-};
+use sombrero_mesh::Soup;
+use sombrero_registration::{Reference, RegisterOptions, Registration, RegistrationError, register};
+use sombrero_resampling::{ResampleError, ResampleOptions, resample};
+use sombrero_stats::{WatermarkTest, WatermarkTestError, WatermarkTestOptions, best_of, watermark_test};
 use sombrero_watermark::{Key, Mismatch};
 use thiserror::Error;
 
@@ -29,18 +32,20 @@ pub enum Step {
 /// How to look.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectOptions {
-    /// Whether the suspect is aligned to the original first. This version cannot; `Always` is an error.
+    /// Whether the suspect is aligned to the original first.
     pub registration: Step,
-    /// Whether the suspect is resampled to the original's connectivity. This version cannot; `Always` is an
-    /// error.
+    /// Whether the suspect is resampled to the original's connectivity.
     pub resampling: Step,
     /// The mark counts as found when the probability of a chance match is at most this. Default 1e-6.
     pub threshold: f64,
+    /// Seed of the points that resampling draws on the suspect. Default 0. Whoever tries several seeds and keeps
+    /// the best must count them: p times the number of seeds.
+    pub seed: u64,
 }
 
 impl Default for DetectOptions {
     fn default() -> Self {
-        Self { registration: Step::Auto, resampling: Step::Auto, threshold: 1e-6 }
+        Self { registration: Step::Auto, resampling: Step::Auto, threshold: 1e-6, seed: 0 }
     }
 }
 
@@ -69,10 +74,16 @@ pub struct Detection {
     pub variant: Variant,
     /// All variants that were tried.
     pub variants: Vec<Variant>,
+    /// How many variants p was corrected for: those tried, and those left out because one was certain.
+    pub variants_counted: usize,
     /// How the suspect was moved onto the original; `None` when it was taken as it is.
     pub registration: Option<Alignment>,
-    /// The extracted coefficients of the winning variant.
+    /// The extracted coefficients of the winning variant. For a marked copy they are nearly the secret w:
+    /// keep them as carefully as the key.
     pub extracted: Vec<Option<f64>>,
+    /// Where the winning variant found each point of the original, in the original's coordinates.
+    #[serde(skip)]
+    pub found: Vec<Option<Point3<f64>>>,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the user should know, in sentences.
@@ -99,6 +110,12 @@ pub struct Alignment {
     pub matrix: [[f64; 4]; 4],
     /// Root mean square distance after it, in model units.
     pub rms: f64,
+    /// Share of the original's area that has a counterpart in the suspect.
+    pub overlap: f64,
+    /// Iterations of the winning start.
+    pub iterations: usize,
+    /// Whether it came to rest.
+    pub converged: bool,
 }
 
 /// Why a question cannot be answered.
@@ -125,27 +142,23 @@ pub enum DetectError {
     /// The original does not carry so many coefficients, so the key cannot be its.
     #[error("the key does not fit the original: {0}")]
     Basis(#[from] BasisError),
-    /// The suspect was reordered, cropped, simplified or remeshed.
+    /// Resampling was forbidden but is needed.
     #[error(
-        "the suspect has {suspect_vertices} vertices and {suspect_faces} triangles, the original \
-         {original_vertices} and {original_faces}, or they are connected differently: it would have to be \
-         resampled, which this version cannot do yet"
+        "the suspect's vertices and triangles are not those of the original, so it has to be resampled; \
+         leave resampling at auto"
     )]
-    NeedsResampling {
-        /// Stored vertices of the suspect.
-        suspect_vertices: usize,
-        /// Its triangles.
-        suspect_faces: usize,
-        /// Stored vertices of the original.
-        original_vertices: usize,
-        /// Its triangles.
-        original_faces: usize,
-    },
-    /// A step was asked for that does not exist.
-    #[error("{step} was asked for, which this version cannot do yet; leave it at auto or never")]
-    NotAvailable {
-        /// The step.
-        step: &'static str,
+    NeedsResampling,
+    /// Registration was insisted on and cannot be done.
+    #[error("the suspect cannot be registered: {0}")]
+    Registration(#[from] RegistrationError),
+    /// Resampling cannot be done.
+    #[error("the suspect cannot be resampled: {0}")]
+    Resampling(#[from] ResampleError),
+    /// No variant could be tried.
+    #[error("nothing could be compared: {reasons}")]
+    NothingWorked {
+        /// Why, in sentences.
+        reasons: String,
     },
     /// The positions cannot be compared.
     #[error(transparent)]
@@ -161,7 +174,6 @@ pub struct Prepared {
     model: Model,
     basis: Basis,
     key: Key,
-    vertices: usize,
     triangles: Vec<[u32; 3]>,
 }
 
@@ -178,73 +190,36 @@ impl Prepared {
         }
         let basis = model.basis(&key.parameters.basis)?;
         key.check(original.bytes(), &basis)?;
-        let triangles = original.triangles().to_vec();
-        Ok(Self { model, basis, key, vertices: original.points().len(), triangles })
+        Ok(Self { model, basis, key, triangles: original.triangles().to_vec() })
     }
 
-    /// Looks for the mark in `suspect`.
+    /// A file as a suspect of this original.
+    pub fn suspect(&self, file: &Document) -> Suspect {
+        Suspect::new(file, &self.model, &self.triangles)
+    }
+
+    /// Looks for the mark in `suspect`: with and without registration, with and without resampling, as far
+    /// as options and suspect permit, and the best counts (the paper, section 5). Its p is multiplied by the
+    /// number of variants. Further variants are left out once one is certain, but are still counted.
     ///
     /// # Errors
-    /// [`DetectError`] when the question makes no sense or needs what this version cannot do.
-    pub fn detect(&self, suspect: &Document, options: &DetectOptions) -> Result<Detection, DetectError> {
-        check_options(options)?;
-        if suspect.triangles().is_empty() {
+    /// [`DetectError`] when the question makes no sense.
+    pub fn detect(&self, suspect: &Suspect, options: &DetectOptions) -> Result<Detection, DetectError> {
+        if !(options.threshold > 0.0 && options.threshold <= 1.0) {
+            return Err(DetectError::Threshold { threshold: options.threshold });
+        }
+        if suspect.soup.triangles.is_empty() {
             return Err(DetectError::NoFaces { which: "suspect" });
         }
-        if suspect.points().len() != self.vertices || suspect.triangles() != self.triangles {
-            return Err(DetectError::NeedsResampling {
-                suspect_vertices: suspect.points().len(),
-                suspect_faces: suspect.triangles().len(),
-                original_vertices: self.vertices,
-                original_faces: self.triangles.len(),
-            });
+        let plan = plan(options, suspect.correspondence.is_some())?;
+        let mut search = Search::new(self, suspect, options);
+        for &(registration, resampling) in &plan {
+            search.attempt(registration, resampling)?;
+            if search.is_certain(plan.len()) {
+                break;
+            }
         }
-        let positions = self.model.points_from_stored(suspect.points());
-        self.detect_points(&positions.into_iter().map(Some).collect::<Vec<_>>(), options)
-    }
-
-    /// Looks for the mark in positions whose correspondence is known: `found[j]` is where point j of
-    /// [`model`](Self::model) is on the suspect, or `None` when it is missing.
-    ///
-    /// # Errors
-    /// [`DetectError`] when lengths differ, a position is not finite or an option makes no sense.
-    pub fn detect_points(
-        &self,
-        found: &[Option<Point3<f64>>],
-        options: &DetectOptions,
-    ) -> Result<Detection, DetectError> {
-        check_options(options)?;
-        let mut seconds = Stages::default();
-        let points = &self.model.soup().points;
-        let epsilon = self.key.parameters.epsilon;
-        let extraction = seconds.time("extraction", || extract(&self.basis, epsilon, points, found))?;
-        let test = seconds.time("test", || {
-            watermark_test(&self.key.watermark, &extraction.coefficients, &WatermarkTestOptions::default())
-        })?;
-        let variant = Variant {
-            registration: false,
-            resampling: false,
-            log10_p: test.log10_p(),
-            correlation: test.rho(),
-        };
-        let p = select(&[test.p]).map_or(LogProbability::ONE, |selection| selection.p);
-        let detected = p.log10() <= options.threshold.log10();
-        Ok(Detection {
-            detected,
-            p_value: p.p(),
-            log10_p: p.log10(),
-            threshold: options.threshold,
-            correlation: variant.correlation,
-            coefficients_used: test.used,
-            coverage: self.coverage(found),
-            method: "paper",
-            variant,
-            variants: vec![variant],
-            registration: None,
-            warnings: self.warnings(found, &test, detected),
-            extracted: extraction.coefficients,
-            seconds,
-        })
+        search.finish(plan.len())
     }
 
     /// The original as the method sees it.
@@ -274,40 +249,158 @@ impl Prepared {
         let covered: f64 = soup.triangles.iter().filter(present).map(area).sum();
         if total > 0.0 { covered / total } else { 0.0 }
     }
+}
 
-    fn warnings(&self, found: &[Option<Point3<f64>>], test: &WatermarkTest, detected: bool) -> Vec<String> {
-        let mut warnings = Vec::new();
-        let relative = self.rms_distance(found) / self.model.largest_side();
-        if !detected && relative > 0.01 {
-            warnings.push(format!(
-                "The suspect's vertices are {:.1} % of the model's size away from the original's (root mean \
-                 square): it was probably moved, turned or scaled and would have to be registered, which this \
-                 version cannot do yet.",
-                100.0 * relative
-            ));
+/// The variants to try as (registration, resampling), cheapest first.
+fn plan(options: &DetectOptions, corresponds: bool) -> Result<Vec<(bool, bool)>, DetectError> {
+    let choices = |step: Step| -> &[bool] {
+        match step {
+            Step::Auto => &[false, true],
+            Step::Always => &[true],
+            Step::Never => &[false],
         }
-        if test.used < 8 {
-            warnings.push(format!("Only {} coefficients could be compared, which proves little.", test.used));
-        }
-        warnings
+    };
+    let resampling = choices(options.resampling).iter().copied().filter(|&yes| yes || corresponds);
+    let plan: Vec<(bool, bool)> = resampling
+        .flat_map(|second| choices(options.registration).iter().map(move |&first| (first, second)))
+        .collect();
+    if plan.is_empty() { Err(DetectError::NeedsResampling) } else { Ok(plan) }
+}
+
+/// One detection under way.
+struct Search<'a> {
+    prepared: &'a Prepared,
+    suspect: &'a Suspect,
+    options: &'a DetectOptions,
+    /// Computed when the first variant asks for it.
+    registration: Option<Registration>,
+    outcomes: Vec<Outcome>,
+    seconds: Stages,
+    warnings: Vec<String>,
+}
+
+/// What one variant gave.
+struct Outcome {
+    variant: Variant,
+    test: WatermarkTest,
+    extraction: Extraction,
+    found: Vec<Option<Point3<f64>>>,
+}
+
+impl<'a> Search<'a> {
+    fn new(prepared: &'a Prepared, suspect: &'a Suspect, options: &'a DetectOptions) -> Self {
+        let (outcomes, seconds, warnings) = (Vec::new(), Stages::default(), Vec::new());
+        Self { prepared, suspect, options, registration: None, outcomes, seconds, warnings }
     }
 
-    fn rms_distance(&self, found: &[Option<Point3<f64>>]) -> f64 {
-        let pairs = || found.iter().zip(&self.model.soup().points).filter_map(|(f, p)| f.map(|f| f - p));
-        (pairs().map(|d| d.norm_squared()).sum::<f64>() / pairs().count().max(1) as f64).sqrt()
+    /// Tries one variant. A step that cannot be done is a warning, unless the user insisted on it.
+    fn attempt(&mut self, registration: bool, resampling: bool) -> Result<(), DetectError> {
+        let insisted = (registration && self.options.registration == Step::Always)
+            || (resampling && self.options.resampling == Step::Always);
+        match self.attempt_or_fail(registration, resampling) {
+            Err(error @ (DetectError::Registration(_) | DetectError::Resampling(_))) if !insisted => {
+                let sentence = format!("A variant was left out: {error}.");
+                if !self.warnings.contains(&sentence) {
+                    self.warnings.push(sentence);
+                }
+                Ok(())
+            }
+            other => other,
+        }
+    }
+
+    fn attempt_or_fail(&mut self, registration: bool, resampling: bool) -> Result<(), DetectError> {
+        let similarity = if registration { self.register()? } else { Similarity3::identity() };
+        let found: Vec<Option<Point3<f64>>> = match &self.suspect.correspondence {
+            Some(known) if !resampling => known.iter().map(|p| p.map(|p| similarity * p)).collect(),
+            _ => self.resample(&similarity)?,
+        };
+        let Prepared { model, basis, key, .. } = self.prepared;
+        let points = &model.soup().points;
+        let extraction =
+            self.seconds.time("extraction", || extract(basis, key.parameters.epsilon, points, &found))?;
+        let test =
+            watermark_test(&key.watermark, &extraction.coefficients, &WatermarkTestOptions::default())?;
+        let variant = Variant { registration, resampling, log10_p: test.log10_p(), correlation: test.rho() };
+        self.outcomes.push(Outcome { variant, test, extraction, found });
+        Ok(())
+    }
+
+    fn register(&mut self) -> Result<Similarity3<f64>, DetectError> {
+        if let Some(known) = &self.registration {
+            return Ok(known.reference_from_suspect);
+        }
+        let (original, suspect) = (self.prepared.model.soup(), &self.suspect.soup);
+        let found = self.seconds.time("registration", || {
+            let reference = Reference::new(&original.points, &original.triangles)?;
+            register(&reference, &suspect.points, &suspect.triangles, &RegisterOptions::default())
+        })?;
+        let similarity = found.reference_from_suspect;
+        self.registration = Some(found);
+        Ok(similarity)
+    }
+
+    fn resample(&mut self, similarity: &Similarity3<f64>) -> Result<Vec<Option<Point3<f64>>>, DetectError> {
+        let moved = self.suspect.soup.points.iter().map(|p| similarity * p).collect();
+        let suspect = Soup::new(moved, self.suspect.soup.triangles.clone());
+        let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
+        let original = self.prepared.model.soup();
+        let resampled = self
+            .seconds
+            .time("resampling", || resample(original, &suspect, &ResampleOptions::default(), &mut rng))?;
+        Ok(resampled.positions)
+    }
+
+    /// Whether the best variant so far stays found by a wide margin whatever the others would give.
+    fn is_certain(&self, planned: usize) -> bool {
+        /// Orders of magnitude below the threshold.
+        const MARGIN: f64 = 12.0;
+        let best = self.outcomes.iter().map(|o| o.variant.log10_p).fold(0.0, f64::min);
+        best + (planned as f64).log10() <= self.options.threshold.log10() - MARGIN
+    }
+
+    fn finish(mut self, planned: usize) -> Result<Detection, DetectError> {
+        let variants: Vec<Variant> = self.outcomes.iter().map(|o| o.variant).collect();
+        let best = (0..variants.len()).min_by(|&i, &j| variants[i].log10_p.total_cmp(&variants[j].log10_p));
+        let Some(best) = best.map(|i| self.outcomes.swap_remove(i)) else {
+            return Err(DetectError::NothingWorked { reasons: self.warnings.join(" ") });
+        };
+        let p = best_of(best.test.p, planned);
+        let aligned = self.registration.filter(|_| best.variant.registration);
+        if best.test.used < 8 {
+            self.warnings.push(format!(
+                "Only {} coefficients could be compared, which proves little.",
+                best.test.used
+            ));
+        }
+        Ok(Detection {
+            detected: p.log10() <= self.options.threshold.log10(),
+            p_value: p.p(),
+            log10_p: p.log10(),
+            threshold: self.options.threshold,
+            correlation: best.variant.correlation,
+            coefficients_used: best.test.used,
+            coverage: self.prepared.coverage(&best.found),
+            method: "paper",
+            variant: best.variant,
+            variants,
+            variants_counted: planned,
+            registration: aligned.map(|r| Alignment::new(&r)),
+            extracted: best.extraction.coefficients,
+            found: best.found,
+            seconds: self.seconds,
+            warnings: self.warnings,
+        })
     }
 }
 
-fn check_options(options: &DetectOptions) -> Result<(), DetectError> {
-    if !(options.threshold > 0.0 && options.threshold <= 1.0) {
-        return Err(DetectError::Threshold { threshold: options.threshold });
+impl Alignment {
+    fn new(registration: &Registration) -> Self {
+        let m = registration.reference_from_suspect.to_homogeneous();
+        let matrix = std::array::from_fn(|row| std::array::from_fn(|column| m[(row, column)]));
+        let Registration { rms, overlap, iterations, converged, .. } = *registration;
+        Self { matrix, rms, overlap, iterations, converged }
     }
-    for (step, when) in [("registration", options.registration), ("resampling", options.resampling)] {
-        if when == Step::Always {
-            return Err(DetectError::NotAvailable { step });
-        }
-    }
-    Ok(())
 }
 
 /// Looks for the mark of `key` in `suspect`, given the `original` that was marked.
@@ -324,7 +417,7 @@ pub fn detect(
 ) -> Result<Detection, DetectError> {
     let mut seconds = Stages::default();
     let prepared = seconds.time("preparation", || Prepared::new(original, key.clone()))?;
-    let mut detection = prepared.detect(suspect, options)?;
+    let mut detection = prepared.detect(&prepared.suspect(suspect), options)?;
     seconds.0.append(&mut detection.seconds.0);
     detection.seconds = seconds;
     Ok(detection)

@@ -81,7 +81,7 @@ pub enum EmbedError {
         /// What was given.
         epsilon: f64,
     },
-    /// No coefficients were asked for.
+    /// Fewer than four coefficients were asked for.
     #[error("a mark needs at least 4 coefficients, not {coefficients}; 50 are usual")]
     Coefficients {
         /// What was given.

@@ -7,6 +7,7 @@ mod embed;
 mod info;
 mod model;
 pub mod report;
+mod suspect;
 mod timing;
 
 pub use attack::{AttackFileError, AttackedFile, attack};
@@ -15,6 +16,7 @@ pub use detect::{Alignment, DetectError, DetectOptions, Detection, Prepared, Ste
 pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Marked, embed};
 pub use info::{Corners, Info, info};
 pub use model::Model;
+pub use suspect::Suspect;
 pub use timing::Stages;
 
 pub use sombrero_attacks as attacks;
@@ -23,7 +25,9 @@ pub use sombrero_extraction as extraction;
 pub use sombrero_io as io;
 pub use sombrero_mesh as mesh;
 pub use sombrero_progressive as progressive;
+pub use sombrero_registration as registration;
 pub use sombrero_render as render;
+pub use sombrero_resampling as resampling;
 pub use sombrero_spatial as spatial;
 pub use sombrero_stats as stats;
 pub use sombrero_watermark as watermark;

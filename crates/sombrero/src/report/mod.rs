@@ -84,14 +84,14 @@ pub enum ReportError {
 /// let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default())?;
 /// let suspect = Document::parse(marked.bytes, None)?;
 /// let prepared = Prepared::new(&original, marked.key)?;
-/// let detection = prepared.detect(&suspect, &DetectOptions::default())?;
+/// let detection = prepared.detect(&prepared.suspect(&suspect), &DetectOptions::default())?;
 ///
 /// let page = detection_report(&DetectionReport {
 ///     detection: &detection,
 ///     key: prepared.key(),
 ///     original: prepared.model(),
 ///     suspect: &suspect.soup(),
-///     found: None,
+///     found: Some(&detection.found),
 ///     original_file: FileLabel { name: "vase.obj", sha256: "…" },
 ///     suspect_file: FileLabel { name: "found.obj", sha256: "…" },
 ///     key_file: FileLabel { name: "vase.key", sha256: "…" },
@@ -359,7 +359,7 @@ fn variant_row(variant: &Variant, winner: Variant) -> Markup {
 }
 
 fn alignment(alignment: Option<&Alignment>, side: f64) -> Markup {
-    let Some(Alignment { matrix, rms }) = alignment else {
+    let Some(Alignment { matrix, rms, .. }) = alignment else {
         return html! { p { "The suspect was compared where it lies, without moving it." } };
     };
     html! {

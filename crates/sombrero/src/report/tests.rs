@@ -1,7 +1,7 @@
 //! The page as a whole.
 
 use super::*;
-use crate::{DetectOptions, EmbedOptions, Prepared, embed};
+use crate::{DetectOptions, EmbedOptions, Prepared, Step, embed};
 use sombrero_io::{Document, Format, encode};
 use sombrero_mesh::shapes;
 use sombrero_watermark::{Identity, Secret};
@@ -36,7 +36,9 @@ impl Case {
 
 fn detected(suspect: &Document, original: &Document, key: Key) -> Case {
     let prepared = Prepared::new(original, key).unwrap();
-    let detection = prepared.detect(suspect, &DetectOptions::default()).unwrap();
+    let as_it_is =
+        DetectOptions { registration: Step::Never, resampling: Step::Never, ..DetectOptions::default() };
+    let detection = prepared.detect(&prepared.suspect(suspect), &as_it_is).unwrap();
     let found = prepared.model().points_from_stored(suspect.points()).into_iter().map(Some).collect();
     let (key, original) = (prepared.key().clone(), prepared.model().clone());
     Case { detection, key, original, suspect: suspect.soup(), found }
@@ -77,6 +79,10 @@ fn without_pictures(page: &str) -> String {
     let mut text = parts.next().unwrap().to_owned();
     parts.for_each(|part| text += part.split_once('"').unwrap().1);
     text
+}
+
+fn alignment(matrix: [[f64; 4]; 4], rms: f64) -> Alignment {
+    Alignment { matrix, rms, overlap: 1.0, iterations: 9, converged: true }
 }
 
 #[test]
@@ -176,7 +182,7 @@ fn odd_numbers_appear_as_none() {
     case.detection.correlation = f64::NAN;
     case.detection.coverage = f64::NAN;
     case.detection.variants.clear();
-    case.detection.registration = Some(Alignment { matrix: [[f64::NAN; 4]; 4], rms: f64::INFINITY });
+    case.detection.registration = Some(alignment([[f64::NAN; 4]; 4], f64::INFINITY));
     let text = without_pictures(&page(&case));
     assert!(!text.contains("NaN") && !text.contains(">inf"));
 }
@@ -221,7 +227,7 @@ fn registration_moves_the_suspect_before_it_is_drawn() {
     let mut matrix = [[0.0; 4]; 4];
     (0..4).for_each(|k| matrix[k][k] = 1.0);
     matrix[0][3] = -100.0;
-    case.detection.registration = Some(Alignment { matrix, rms: 0.001 });
+    case.detection.registration = Some(alignment(matrix, 0.001));
     let text = page(&case);
     assert!(!text.contains(elsewhere) && text.contains("−100.000000"));
 }
