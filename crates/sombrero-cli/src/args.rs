@@ -26,18 +26,22 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Mark a mesh file: a copy with invisible changes, and the secret key that finds them again.
-    #[command(after_help = "Example: sombrero embed vase.obj -o vase-marked.obj --key vase.key --owner \"A. Museum\"\n\
-        Keep the original file and the key secret, and publish the marked copy.")]
+    #[command(
+        after_help = "Example: sombrero embed vase.obj -o vase-marked.obj --key vase.key --owner \"A. Museum\"\n\
+        Keep the original file and the key secret, and publish the marked copy."
+    )]
     Embed(Embed),
     /// Tell whether a suspect mesh carries the mark.
     #[command(after_help = "Example: sombrero detect found.obj --original vase.obj --key vase.key")]
     Detect(Detect),
     /// Apply attacks to a mesh, to see what the mark survives.
-    #[command(after_help = "Example: sombrero attack marked.obj -o noisy.obj noise:amplitude=0.002 smooth:iterations=10\n\
+    #[command(
+        after_help = "Example: sombrero attack marked.obj -o noisy.obj noise:amplitude=0.002 smooth:iterations=10\n\
         Attacks: none, reorder, noise:amplitude=A, smooth:iterations=N,lambda=L,mu=M,\n\
         transform:rotation=DEGREES,translation=T,scale=S, simplify:ratio=R,\n\
         watermark:epsilon=E,coefficients=N,basis=B, crop:fraction=F.\n\
-        Lengths are fractions of the largest side of the bounding box.")]
+        Lengths are fractions of the largest side of the bounding box."
+    )]
     Attack(AttackArgs),
     /// Measure how far two meshes are apart.
     #[command(after_help = "Example: sombrero compare vase.obj vase-marked.obj")]
@@ -96,11 +100,11 @@ pub(crate) enum Method {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Step {
-    /// If it can be had and helps.
+    /// With and without; the better one counts.
     Auto,
-    /// Insist.
+    /// Only with it.
     Always,
-    /// Do without.
+    /// Only without it.
     Never,
 }
 
@@ -117,10 +121,10 @@ pub(crate) struct Detect {
     /// How to look. This version has the paper's method alone.
     #[arg(long, value_enum, default_value_t = Method::Paper)]
     pub(crate) method: Method,
-    /// Align the suspect to the original first. This version cannot.
+    /// Align the suspect to the original first (similarity: turned, moved, scaled).
     #[arg(long, value_enum, default_value_t = Step::Auto)]
     pub(crate) registration: Step,
-    /// Resample the suspect to the original's connectivity. This version cannot.
+    /// Resample the suspect to the original's connectivity (reordered, simplified, remeshed).
     #[arg(long, value_enum, default_value_t = Step::Auto)]
     pub(crate) resampling: Step,
     /// The mark counts as found when the probability of a chance match is at most this.
@@ -129,6 +133,9 @@ pub(crate) struct Detect {
     /// Write a report for people: one HTML page with plot and pictures.
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
+    /// Seed of the points that resampling draws on the suspect.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
     /// Replace a report that exists.
     #[arg(long)]
     pub(crate) force: bool,

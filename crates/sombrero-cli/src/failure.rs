@@ -7,7 +7,8 @@ use std::process::ExitCode;
 /// A failure. Serializes as the object under `error`.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Failure {
-    /// One word for programs: usage, read, write, mesh, key, suspect, attack, internal.
+    /// One word for programs: usage, read, write, mesh, key, secret, suspect, needs_resampling, attack,
+    /// unavailable, internal.
     kind: &'static str,
     /// One sentence: what and where it is, and what to do about it.
     message: String,

@@ -6,7 +6,7 @@ use sombrero::watermark::{Key, Secret};
 use std::path::Path;
 
 /// A key of a million coefficients has about 20 MB.
-const LARGEST_KEY: u64 = 64 << 20;
+pub(crate) const LARGEST_KEY: u64 = 64 << 20;
 
 pub(crate) fn read_key(path: &Path) -> Result<Key, Failure> {
     let bytes = read_small(path, LARGEST_KEY)?;
@@ -19,7 +19,10 @@ pub(crate) fn secret(path: Option<&Path>) -> Result<Secret, Failure> {
         let mut bytes = [0; 32];
         return match getrandom::fill(&mut bytes) {
             Ok(()) => Ok(Secret(bytes)),
-            Err(e) => Err(Failure::new("secret", format!("the operating system gives no randomness ({e}); use --secret-file"))),
+            Err(e) => Err(Failure::new(
+                "secret",
+                format!("the operating system gives no randomness ({e}); use --secret-file"),
+            )),
         };
     };
     let bytes = read_small(path, 4096)?;
@@ -28,7 +31,7 @@ pub(crate) fn secret(path: Option<&Path>) -> Result<Secret, Failure> {
 }
 
 /// The whole of a regular file that is no larger than `most` bytes.
-fn read_small(path: &Path, most: u64) -> Result<Vec<u8>, Failure> {
+pub(crate) fn read_small(path: &Path, most: u64) -> Result<Vec<u8>, Failure> {
     Ok(sombrero::io::read_bytes(path, Limits::default().with_max_bytes(most))?)
 }
 
@@ -39,10 +42,13 @@ pub(crate) fn overwrite(force: bool) -> Overwrite {
 /// Refuses outputs that exist before any work is done, unless `force`; and always those that are an input
 /// or each other.
 pub(crate) fn check_outputs(outputs: &[&Path], inputs: &[&Path], force: bool) -> Result<(), Failure> {
-    let same = |a: &Path, b: &Path| a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    let same = |a: &Path, b: &Path| {
+        a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    };
     for (i, output) in outputs.iter().enumerate() {
         if inputs.iter().any(|input| same(output, input)) {
-            let message = format!("{}: the output would replace an input; choose another name", output.display());
+            let message =
+                format!("{}: the output would replace an input; choose another name", output.display());
             return Err(Failure::new("write", message));
         }
         if outputs[..i].iter().any(|other| same(output, other)) {
@@ -50,7 +56,8 @@ pub(crate) fn check_outputs(outputs: &[&Path], inputs: &[&Path], force: bool) ->
             return Err(Failure::new("write", message));
         }
         if !force && output.symlink_metadata().is_ok() {
-            let message = format!("{}: already exists; choose another name or give --force", output.display());
+            let message =
+                format!("{}: already exists; choose another name or give --force", output.display());
             return Err(Failure::new("write", message));
         }
     }

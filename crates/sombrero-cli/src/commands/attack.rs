@@ -26,7 +26,8 @@ pub(crate) fn run(args: &AttackArgs) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("attacking {}", args.input.display()));
     let document = Document::read(&args.input)?;
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
-    let attacked = attack(&document, &args.attacks, &mut rng).map_err(|e| Failure::about("attack", &args.input, &e))?;
+    let attacked =
+        attack(&document, &args.attacks, &mut rng).map_err(|e| Failure::about("attack", &args.input, &e))?;
     write_atomically(&args.output, &attacked.bytes, files::overwrite(args.force))?;
     let report = Report {
         output: &args.output,

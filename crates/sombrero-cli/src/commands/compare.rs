@@ -4,13 +4,13 @@ use crate::Answer;
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use sombrero::compare;
 use sombrero::io::Document;
+use sombrero::{CompareError, compare};
 
 pub(crate) fn run(args: &Compare) -> Result<Answer, Failure> {
     let _progress = Progress::new("comparing");
     let (a, b) = (Document::read(&args.a)?, Document::read(&args.b)?);
-    let c = compare(&a, &b).map_err(|e| Failure::about("mesh", &args.b, &e))?;
+    let c = compare(&a, &b).map_err(|e| failure(args, &e))?;
     let mut lines = vec![
         format!("{} and {}", args.a.display(), args.b.display()),
         format!("  Hausdorff     {:.4e} ({:.6} of the largest side)", c.hausdorff, c.relative_hausdorff),
@@ -21,4 +21,10 @@ pub(crate) fn run(args: &Compare) -> Result<Answer, Failure> {
         lines.push(format!("  vertices      moved by {rms:.4e} rms, {max:.4e} max (same connectivity)"));
     }
     Answer::new(lines.join("\n"), &c)
+}
+
+/// Names the file that the error is about.
+fn failure(args: &Compare, error: &CompareError) -> Failure {
+    let path = if matches!(error, CompareError::NoFaces { which: "first" }) { &args.a } else { &args.b };
+    Failure::about("mesh", path, error)
 }

@@ -4,20 +4,20 @@ use crate::args::Demo;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{Answer, files};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
-use sombrero::attacks::{Attack, apply_all};
+use sombrero::attacks::{Attack, Attacked, apply_all, noise};
 use sombrero::io::{Access, Document, Format, Output, encode, write_together};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::render::{Camera, HeatMap, Image, RenderOptions, render, used_points};
 use sombrero::watermark::{Identity, Secret};
-use sombrero::{DetectOptions, EmbedOptions, EmbedReport, Marked, Prepared, embed};
+use sombrero::{DetectOptions, EmbedOptions, EmbedReport, Marked, Prepared, Suspect, Variant, embed};
 use std::path::{Path, PathBuf};
 
-/// The attacks of the table; those of the paper's rows A, C to F, J and K.
-const BATTERY: [(&str, &str); 7] = [
+/// The attacks of the table.
+const BATTERY: [(&str, &str); 9] = [
     ("none", "none"),
     ("noise 0.2 %", "noise:amplitude=0.002"),
     ("noise 0.45 %", "noise:amplitude=0.0045"),
@@ -25,6 +25,8 @@ const BATTERY: [(&str, &str); 7] = [
     ("smoothing", "smooth:iterations=10"),
     ("second watermark", "watermark"),
     ("crop, right third", "crop:fraction=0.333"),
+    ("turned, moved, scaled", "transform"),
+    ("simplified to a half", "reorder simplify:ratio=0.5"),
 ];
 
 #[derive(Serialize)]
@@ -49,6 +51,8 @@ struct Row {
     detected: bool,
     log10_p: f64,
     correlation: f64,
+    registration: bool,
+    resampling: bool,
 }
 
 /// A model with its mark.
@@ -72,7 +76,13 @@ pub(crate) fn run(args: &Demo) -> Result<Answer, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     let cases = [
         Case::new("part", "obj", Format::Obj, &shapes::part(shapes::PART_RESOLUTION), &mut rng)?,
-        Case::new("bust", "ply", Format::PlyBinaryLittleEndian, &shapes::bust(shapes::BUST_RESOLUTION), &mut rng)?,
+        Case::new(
+            "bust",
+            "ply",
+            Format::PlyBinaryLittleEndian,
+            &shapes::bust(shapes::BUST_RESOLUTION),
+            &mut rng,
+        )?,
     ];
     let (mut rows, mut files, mut strips) = (Vec::new(), Vec::new(), Vec::new());
     for case in &cases {
@@ -113,41 +123,60 @@ impl Case {
     }
 
     /// The marked mesh after each attack of the battery; vertices stay recognisable.
-    fn attacked(&self, seed: u64) -> Result<Vec<sombrero::attacks::Attacked>, Failure> {
+    fn attacked(&self, seed: u64) -> Result<Vec<Attacked>, Failure> {
         let failed = |e: &dyn std::error::Error| Failure::new("internal", format!("the {}: {e}", self.name));
-        let marked = Document::parse(self.marked.bytes.clone(), Some(self.extension)).map_err(|e| failed(&e))?;
+        let marked =
+            Document::parse(self.marked.bytes.clone(), Some(self.extension)).map_err(|e| failed(&e))?;
         let attacks = BATTERY.iter().map(|(_, spec)| {
-            let attack: Attack = spec.parse().map_err(|e| failed(&e))?;
-            apply_all(&[attack], &marked.soup(), &mut ChaCha8Rng::seed_from_u64(seed)).map_err(|e| failed(&e))
+            let attacks: Result<Vec<Attack>, _> = spec.split(' ').map(str::parse).collect();
+            apply_all(&attacks.map_err(|e| failed(&e))?, &marked.soup(), &mut ChaCha8Rng::seed_from_u64(seed))
+                .map_err(|e| failed(&e))
         });
         attacks.collect()
     }
 
-    fn rows(&self, attacked: &[sombrero::attacks::Attacked]) -> Result<Vec<Row>, Failure> {
+    fn rows(&self, attacked: &[Attacked]) -> Result<Vec<Row>, Failure> {
         let points = self.original.points().len();
         let mut rows = Vec::new();
         for ((suspect, _), attacked) in BATTERY.iter().zip(attacked) {
-            rows.push(self.row(suspect, true, &attacked.correspondence(points))?);
+            // Files keep no correspondence when vertices are reordered, cropped or new.
+            let same = attacked.soup.triangles == self.original.triangles();
+            let correspondence = same.then(|| attacked.correspondence(points));
+            rows.push(self.row(suspect, true, Suspect { soup: attacked.soup.clone(), correspondence })?);
         }
-        let unmarked: Vec<_> = self.original.points().iter().copied().map(Some).collect();
-        let noise = sombrero::attacks::noise(self.original.points(), 0.002 * self.size(), &mut ChaCha8Rng::seed_from_u64(1));
-        rows.push(self.row("unmarked original", false, &unmarked)?);
-        rows.push(self.row("unmarked, noise 0.2 %", false, &noise.into_iter().map(Some).collect::<Vec<_>>())?);
+        let noise = noise(self.original.points(), 0.002 * self.size(), &mut ChaCha8Rng::seed_from_u64(1));
+        for (name, points) in
+            [("unmarked original", self.original.points().to_vec()), ("unmarked, noise 0.2 %", noise)]
+        {
+            let correspondence = Some(points.iter().copied().map(Some).collect());
+            let soup = Soup::new(points, self.original.triangles().to_vec());
+            rows.push(self.row(name, false, Suspect { soup, correspondence })?);
+        }
         Ok(rows)
     }
 
-    fn row(&self, suspect: &'static str, marked: bool, found: &[Option<Point3<f64>>]) -> Result<Row, Failure> {
-        let detection = self.prepared.detect_points(found, &DetectOptions::default());
+    fn row(&self, name: &'static str, marked: bool, suspect: Suspect) -> Result<Row, Failure> {
+        let detection = self.prepared.detect(&suspect, &DetectOptions::default());
         let detection = detection.map_err(|e| Failure::new("internal", format!("the {}: {e}", self.name)))?;
         let (detected, log10_p, correlation) = (detection.detected, detection.log10_p, detection.correlation);
-        Ok(Row { model: self.name, suspect, marked, detected, log10_p, correlation })
+        let Variant { registration, resampling, .. } = detection.variant;
+        Ok(Row {
+            model: self.name,
+            suspect: name,
+            marked,
+            detected,
+            log10_p,
+            correlation,
+            registration,
+            resampling,
+        })
     }
 
     fn size(&self) -> f64 {
         self.prepared.model().largest_side()
     }
 
-    fn files(&self, folder: &Path, attacked: &[sombrero::attacks::Attacked]) -> Result<Vec<File>, Failure> {
+    fn files(&self, folder: &Path, attacked: &[Attacked]) -> Result<Vec<File>, Failure> {
         let named = |suffix: &str, extension: &str| folder.join(format!("{}{suffix}.{extension}", self.name));
         let usual = |path, bytes| File { path, bytes, access: Access::Usual };
         let mut files = vec![
@@ -168,9 +197,10 @@ impl Case {
     }
 
     /// Original, marked, displacement as a heat map, strong noise, smoothed, cropped; from one camera.
-    fn pictures(&self, attacked: &[sombrero::attacks::Attacked]) -> Image {
+    fn pictures(&self, attacked: &[Attacked]) -> Image {
         let soup = self.original.soup();
-        let direction = if self.name == "bust" { Vector3::new(-0.5, -0.15, -1.0) } else { Vector3::new(-0.7, 1.0, -0.6) };
+        let direction =
+            if self.name == "bust" { Vector3::new(-0.5, -0.15, -1.0) } else { Vector3::new(-0.7, 1.0, -0.6) };
         let up = if self.name == "bust" { Vector3::y() } else { Vector3::z() };
         let camera = Camera::framing(&used_points(&soup.points, &soup.triangles), direction, up);
         let options = RenderOptions {
@@ -226,8 +256,17 @@ fn text(report: &Report) -> String {
         lines.push(format!("{:<24}{}{}", part.suspect, cell(part), cell(bust)));
     }
     lines.push(String::new());
-    lines.push("log10 p: the chance that an unmarked mesh matches as well, as a power of ten; found: -6 or below.".into());
-    lines.push("In all rows the vertices' correspondence is known; for the cropped one, through the library.".into());
-    lines.push(format!("{} files in {}: meshes, keys and demo.png", report.files.len(), report.output.display()));
+    lines.push(
+        "log10 p: the chance that an unmarked mesh matches as well, as a power of ten; found: -6 or below."
+            .into(),
+    );
+    lines.push(
+        "In all rows the vertices' correspondence is known; for the cropped one, through the library.".into(),
+    );
+    lines.push(format!(
+        "{} files in {}: meshes, keys and demo.png",
+        report.files.len(),
+        report.output.display()
+    ));
     lines.join("\n")
 }

@@ -4,14 +4,19 @@ use crate::args::{Detect, Method, Step};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{Answer, files};
-use sombrero::io::Document;
-use sombrero::{DetectError, DetectOptions, Detection, detect};
+use sha2::{Digest, Sha256};
+use sombrero::io::{Document, write_atomically};
+use sombrero::report::{DetectionReport, FileLabel, detection_report};
+use sombrero::{DetectError, DetectOptions, Detection, Prepared};
+use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Detect) -> Result<Answer, Failure> {
     if args.method == Method::Robust {
         let message = "--method robust is not there yet; this version has --method paper";
         return Err(Failure::new("unavailable", message));
     }
+    let outputs: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
+    files::check_outputs(&outputs, &[&args.suspect, &args.original, &args.key], args.force)?;
     let _progress = Progress::new(format!("looking at {}", args.suspect.display()));
     let key = files::read_key(&args.key)?;
     let original = Document::read(&args.original)?;
@@ -20,10 +25,76 @@ pub(crate) fn run(args: &Detect) -> Result<Answer, Failure> {
         registration: step(args.registration),
         resampling: step(args.resampling),
         threshold: args.threshold,
+        seed: args.seed,
     };
-    let detection = detect(&suspect, &original, &key, &options).map_err(|e| failure(args, &e))?;
+    let prepared = Prepared::new(&original, key).map_err(|e| failure(args, &e))?;
+    let detection = prepared.detect(&prepared.suspect(&suspect), &options).map_err(|e| failure(args, &e))?;
+    if let Some(path) = &args.report {
+        let page = report(args, &prepared, &suspect, &detection)?;
+        write_atomically(path, page.as_bytes(), files::overwrite(args.force))?;
+    }
     let answer = Answer::new(text(args, &detection), &detection)?;
     Ok(Answer { found: detection.detected, ..answer })
+}
+
+/// The report's page; hashes are those of the files as they were read.
+fn report(
+    args: &Detect,
+    prepared: &Prepared,
+    suspect: &Document,
+    detection: &Detection,
+) -> Result<String, Failure> {
+    let key = prepared.key();
+    let hashes = [
+        hex::encode(key.original_sha256),
+        hex::encode(Sha256::digest(suspect.bytes())),
+        hex::encode(Sha256::digest(files::read_small(&args.key, files::LARGEST_KEY)?)),
+    ];
+    let names = [&args.original, &args.suspect, &args.key].map(|p| p.display().to_string());
+    let [original_file, suspect_file, key_file] =
+        std::array::from_fn(|i| FileLabel { name: &names[i], sha256: &hashes[i] });
+    let command = format!(
+        "sombrero detect {} --original {} --key {} --threshold {:e} --registration {} --resampling {} --seed {}",
+        quoted(&names[1]),
+        quoted(&names[0]),
+        quoted(&names[2]),
+        args.threshold,
+        word(args.registration),
+        word(args.resampling),
+        args.seed
+    );
+    let input = DetectionReport {
+        detection,
+        key,
+        original: prepared.model(),
+        suspect: &suspect.soup(),
+        found: Some(&detection.found),
+        original_file,
+        suspect_file,
+        key_file,
+        command: &command,
+        date: None,
+    };
+    detection_report(&input).map_err(|e| Failure::new("internal", e.to_string()))
+}
+
+/// As the command line has it.
+fn word(step: Step) -> &'static str {
+    match step {
+        Step::Auto => "auto",
+        Step::Always => "always",
+        Step::Never => "never",
+    }
+}
+
+/// For a POSIX shell.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/+:".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
 }
 
 fn step(step: Step) -> sombrero::Step {
@@ -39,19 +110,22 @@ fn failure(args: &Detect, error: &DetectError) -> Failure {
     match error {
         DetectError::Key(_) | DetectError::Basis(_) => Failure::about("key", &args.key, error),
         DetectError::NoFaces { which: "original" } => Failure::about("mesh", &args.original, error),
-        DetectError::NeedsResampling { .. } => Failure::about("needs_resampling", &args.suspect, error),
-        DetectError::NotAvailable { .. } => Failure::new("unavailable", error.to_string()),
+        DetectError::NeedsResampling => Failure::about("needs_resampling", &args.suspect, error),
         DetectError::Threshold { .. } => Failure::new("usage", error.to_string()),
         _ => Failure::about("suspect", &args.suspect, error),
     }
 }
 
 fn text(args: &Detect, d: &Detection) -> String {
-    let verdict = if d.detected { "FOUND: the mark is in" } else { "NOT FOUND: no mark in" };
+    let verdict = if d.detected { "FOUND: the mark is in" } else { "NOT FOUND: the mark was not found in" };
     let step = |yes: bool, name: &str| format!("{} {name}", if yes { "with" } else { "without" });
     let mut lines = vec![
         format!("{verdict} {}", args.suspect.display()),
-        format!("  log10 p       {:.1} (threshold {:.1}): the chance that an unmarked mesh matches as well", d.log10_p, d.threshold.log10()),
+        format!(
+            "  log10 p       {:.1} (threshold {:.1}): the chance that an unmarked mesh matches as well",
+            d.log10_p,
+            d.threshold.log10()
+        ),
         format!("  correlation   {:.4} over {} coefficients", d.correlation, d.coefficients_used),
         format!("  coverage      {:.1} % of the original's area", 100.0 * d.coverage),
         format!(

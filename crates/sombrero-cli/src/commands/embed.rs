@@ -38,7 +38,10 @@ pub(crate) fn run(args: &Embed) -> Result<Answer, Failure> {
         Output { path: &args.key, bytes: key.as_bytes(), access: Access::Private },
     ];
     write_together(&outputs, files::overwrite(args.force))?;
-    Answer::new(text(args, &marked.report), &Report { output: &args.output, key: &args.key, report: &marked.report })
+    Answer::new(
+        text(args, &marked.report),
+        &Report { output: &args.output, key: &args.key, report: &marked.report },
+    )
 }
 
 fn text(args: &Embed, report: &EmbedReport) -> String {
@@ -47,8 +50,14 @@ fn text(args: &Embed, report: &EmbedReport) -> String {
         format!("marked {} → {}", args.input.display(), args.output.display()),
         format!("  key           {} (secret; keep it together with the original)", args.key.display()),
         format!("  mesh          {} vertices, {} triangles", report.vertices, report.faces),
-        format!("  mark          {} coefficients, {} basis, epsilon {}", report.coefficients, report.basis, report.epsilon),
-        format!("  displacement  max {:.3e}, rms {:.3e} (of the largest side: {:.5}, {:.5})", d.max, d.rms, d.relative_max, d.relative_rms),
+        format!(
+            "  mark          {} coefficients, {} basis, epsilon {}",
+            report.coefficients, report.basis, report.epsilon
+        ),
+        format!(
+            "  displacement  max {:.3e}, rms {:.3e} (of the largest side: {:.5}, {:.5})",
+            d.max, d.rms, d.relative_max, d.relative_rms
+        ),
         format!("  read back     log10 p = {:.1}", report.log10_p),
         format!("  seconds       {:.2}", report.seconds.total()),
     ];

@@ -17,7 +17,10 @@ fn text(args: &Args, i: &Info) -> String {
     let markable = if i.markable { "yes" } else { "no, not with the usual number of coefficients" };
     let mut lines = vec![
         format!("{}: {}", args.mesh.display(), i.format),
-        format!("  vertices      {} stored, {} distinct positions, {} in no face", i.vertices, i.points, i.unused_vertices),
+        format!(
+            "  vertices      {} stored, {} distinct positions, {} in no face",
+            i.vertices, i.points, i.unused_vertices
+        ),
         format!("  triangles     {}", i.triangles),
         format!("  topology      {}", topology(i)),
         format!(
@@ -29,7 +32,11 @@ fn text(args: &Args, i: &Info) -> String {
         let [x, y, z] = std::array::from_fn(|k| format!("{:.6} to {:.6}", b.min[k], b.max[k]));
         lines.push(format!("  bounding box  x {x}, y {y}, z {z}"));
     }
-    lines.push(format!("  area          {:.6e}{}", i.area, i.volume.map_or(String::new(), |v| format!(", volume {v:.6e}"))));
+    lines.push(format!(
+        "  area          {:.6e}{}",
+        i.area,
+        i.volume.map_or(String::new(), |v| format!(", volume {v:.6e}"))
+    ));
     if !i.attributes.is_empty() {
         lines.push(format!("  attributes    {}", i.attributes.join(", ")));
     }
