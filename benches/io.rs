@@ -10,8 +10,14 @@ fn formats(criterion: &mut Criterion) {
     let moved: Vec<_> = soup.points.iter().map(|p| p * 1.01).collect();
     let mut group = criterion.benchmark_group("files of 100k vertices");
     group.sample_size(10);
-    let formats =
-        [Format::Obj, Format::PlyAscii, Format::PlyBinaryLittleEndian, Format::Off, Format::StlAscii, Format::StlBinary];
+    let formats = [
+        Format::Obj,
+        Format::PlyAscii,
+        Format::PlyBinaryLittleEndian,
+        Format::Off,
+        Format::StlAscii,
+        Format::StlBinary,
+    ];
     for format in formats {
         let Ok(bytes) = encode(format, &soup) else { continue };
         group.throughput(Throughput::Bytes(bytes.len() as u64));

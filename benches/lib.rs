@@ -22,10 +22,8 @@ pub struct Subject {
 
 /// Generated surfaces of about 1k, 10k, 100k and 500k vertices, and the bunny where it is to be had.
 pub fn subjects() -> Vec<Subject> {
-    let generated = [1_000, 10_000, 100_000, 500_000].map(|n| Subject {
-        name: format!("bumpy sphere {}k", n / 1000),
-        soup: shapes::bumpy_sphere(n),
-    });
+    let generated = [1_000, 10_000, 100_000, 500_000]
+        .map(|n| Subject { name: format!("bumpy sphere {}k", n / 1000), soup: shapes::bumpy_sphere(n) });
     let bunny = std::env::var_os("SOMBRERO_MODELS").and_then(|folder| {
         let document = Document::read(&Path::new(&folder).join("bunny.ply")).ok()?;
         Some(Subject { name: "bunny".to_owned(), soup: Model::new(&document.soup()).soup().clone() })

@@ -60,7 +60,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Resu
 /// As [`write_atomically`], for the first file that fails. Files that had been named by then and are new are
 /// removed again.
 pub fn write_together(outputs: &[Output<'_>], overwrite: Overwrite) -> Result<(), WriteError> {
-    let staged = outputs.iter().map(|output| Staged::new(output, overwrite)).collect::<Result<Vec<_>, _>>()?;
+    let staged =
+        outputs.iter().map(|output| Staged::new(output, overwrite)).collect::<Result<Vec<_>, _>>()?;
     let mut named = Vec::new();
     for file in staged {
         let (path, is_new) = (file.target.clone(), !file.target.exists());

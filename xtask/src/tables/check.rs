@@ -1,6 +1,7 @@
 //! `cargo xtask tables --check`: fails where a recomputed cell is worse than the recorded one.
 
 use super::cell::Cell;
+use super::paper::Row;
 use super::show::Recorded;
 use anyhow::{Context, bail};
 use std::path::Path;
@@ -8,6 +9,11 @@ use std::path::Path;
 /// Recomputation gives the same figures on the same code; a change of the method may cost this many orders
 /// of magnitude before CI asks for the tables to be recorded again.
 const TOLERANCE: f64 = 1.0;
+
+/// Rows that take CI seconds, not minutes.
+pub(crate) fn is_quick(row: &Row) -> bool {
+    !row.registration && !row.resampling
+}
 
 pub(crate) fn check(folder: &Path, table1: &[Cell], table2: &[Cell]) -> anyhow::Result<()> {
     let mut worse = Vec::new();

@@ -2,16 +2,21 @@
 
 mod cell;
 mod check;
+mod journal;
 mod paper;
 mod show;
+mod times;
+mod trial;
 
-use crate::tables::cell::{Cell, Subject};
-use anyhow::{Context, bail};
+use anyhow::bail;
+use cell::{Cell, rows};
 use indicatif::{ProgressBar, ProgressStyle};
-use paper::{MODELS, ROWS, Row, TABLE2};
+use journal::Journal;
+use paper::{MODELS, Model, Row, TABLE2};
 use rayon::prelude::*;
 use sombrero::basis::BasisFunction;
 use std::path::{Path, PathBuf};
+use trial::{Marked, Trial};
 
 /// What to recompute.
 #[derive(clap::Args)]
@@ -19,16 +24,19 @@ pub(crate) struct Tables {
     /// Seeds for each cell.
     #[arg(long, default_value_t = 5)]
     runs: u64,
+    /// The method; this version has the paper's alone.
+    #[arg(long, default_value = "paper", value_parser = ["paper"])]
+    method: String,
     /// Models, separated by commas. Default: all four.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// Rows of Table 1, separated by commas. Default: all.
     #[arg(long, value_delimiter = ',')]
     rows: Vec<String>,
-    /// Where to write the tables.
+    /// Where the tables are written, or are recorded.
     #[arg(long, default_value = "docs/tables")]
     out: PathBuf,
-    /// Recompute, compare with the recorded tables, write nothing.
+    /// Recompute what fits in CI's time, compare with the recorded tables, write nothing.
     #[arg(long)]
     check: bool,
 }
@@ -36,79 +44,108 @@ pub(crate) struct Tables {
 impl Tables {
     /// What CI checks.
     pub(crate) fn check() -> Self {
-        Self { runs: 5, only: Vec::new(), rows: Vec::new(), out: "docs/tables".into(), check: true }
+        let nothing = Vec::new;
+        let out = "docs/tables".into();
+        Self { runs: 5, method: "paper".into(), only: nothing(), rows: nothing(), out, check: true }
     }
 }
 
-/// A cell to compute: which model, basis and row.
-struct Job<'a> {
-    subject: &'a Subject,
-    row: &'static Row,
-    paper: Option<f64>,
+/// A model with a mark, and the rows to try on it.
+struct Job {
+    model: &'static Model,
+    function: BasisFunction,
+    seed: u64,
+    rows: Vec<&'static Row>,
 }
 
 pub(crate) fn run(args: &Tables, folder: &Path) -> anyhow::Result<()> {
-    let known: Vec<&str> = MODELS.iter().map(|m| m.name).collect();
-    if let Some(unknown) = args.only.iter().find(|name| !known.contains(&name.as_str())) {
-        bail!("`{unknown}` is none of the models; known are {}", known.join(", "));
+    let models = models(&args.only)?;
+    let mut wanted = rows(&args.rows);
+    if args.check {
+        wanted.retain(|row| check::is_quick(row));
     }
-    let wanted = |name: &str| args.only.is_empty() || args.only.iter().any(|m| m == name);
-    let rows: Vec<&'static Row> =
-        ROWS.iter().filter(|row| args.rows.is_empty() || args.rows.iter().any(|r| r == row.letter)).collect();
-    if rows.is_empty() {
+    if wanted.is_empty() {
         bail!("no row of Table 1 is called {}", args.rows.join(" or "));
     }
+    let jobs = jobs(&models, &wanted, args.runs);
+    let trials = compute(&jobs, folder)?;
     let (mut table1, mut table2) = (Vec::new(), Vec::new());
-    for (column, model) in MODELS.iter().enumerate().filter(|(_, m)| wanted(m.name)) {
-        for function in BasisFunction::ALL {
-            let second: Vec<(&Row, Option<f64>)> = TABLE2
-                .iter()
-                .filter(|entry| entry.model == model.name)
-                .filter_map(|entry| {
-                    Some((*rows.iter().find(|r| r.letter == entry.row)?, entry.value(function)))
-                })
-                .collect();
-            let sombrero = function == BasisFunction::Sombrero;
-            if !sombrero && second.is_empty() {
-                continue;
+    for model in &models {
+        for row in &wanted {
+            for function in BasisFunction::ALL {
+                let Some(cell) = Cell::gather(&trials, model.name, row, function)? else { continue };
+                if in_table2(model, row) {
+                    table2.push(cell.clone());
+                }
+                if function == BasisFunction::Sombrero {
+                    table1.push(cell);
+                }
             }
-            let subject = Subject::read(folder, model, function).context("run `cargo xtask models` first")?;
-            if sombrero {
-                let job = |row| Job { subject: &subject, row, paper: Some(row.paper[column]) };
-                table1.extend(compute(rows.iter().map(|row| job(row)).collect(), args.runs)?);
-            }
-            let job = |&(row, paper): &(&'static Row, Option<f64>)| Job { subject: &subject, row, paper };
-            let rows: Vec<Job<'_>> = second
-                .iter()
-                .map(|(row, paper)| {
-                    (ROWS.iter().find(|r| r.letter == row.letter).unwrap_or(&ROWS[0]), *paper)
-                })
-                .map(|pair| job(&pair))
-                .collect();
-            table2.extend(compute(rows, args.runs)?);
         }
     }
     if args.check {
         return check::check(&args.out, &table1, &table2);
     }
-    show::write(&args.out, args.runs, &table1, &table2)
+    let table3 =
+        models.iter().map(|model| times::measure(folder, model)).collect::<anyhow::Result<Vec<_>>>()?;
+    show::write(&args.out, args.runs, &table1, &table2, &table3)
 }
 
-/// Computes cells in parallel; the order of the result is that of the jobs.
-fn compute(jobs: Vec<Job<'_>>, runs: u64) -> anyhow::Result<Vec<Cell>> {
-    let bar = ProgressBar::new(jobs.len() as u64);
-    bar.set_style(ProgressStyle::with_template("{msg:<16} {bar:30} {pos}/{len} {eta}")?);
-    if let Some(job) = jobs.first() {
-        bar.set_message(job.subject.title());
+fn models(only: &[String]) -> anyhow::Result<Vec<&'static Model>> {
+    let known: Vec<&str> = MODELS.iter().map(|m| m.name).collect();
+    if let Some(unknown) = only.iter().find(|name| !known.contains(&name.as_str())) {
+        bail!("`{unknown}` is none of the models; known are {}", known.join(", "));
     }
-    let cells = jobs
-        .par_iter()
-        .map(|job| {
-            let cell = Cell::compute(job.subject, job.row, job.paper, runs);
+    Ok(MODELS.iter().filter(|m| only.is_empty() || only.iter().any(|name| name == m.name)).collect())
+}
+
+fn in_table2(model: &Model, row: &Row) -> bool {
+    TABLE2.iter().any(|c| c.model == model.name && c.row == row.letter)
+}
+
+/// The large models first, so that the last job is a short one.
+fn jobs(models: &[&'static Model], wanted: &[&'static Row], runs: u64) -> Vec<Job> {
+    let mut jobs = Vec::new();
+    for &model in models.iter().rev() {
+        for function in BasisFunction::ALL.into_iter().rev() {
+            let sombrero = function == BasisFunction::Sombrero;
+            let rows: Vec<&'static Row> =
+                wanted.iter().copied().filter(|row| sombrero || in_table2(model, row)).collect();
+            if !rows.is_empty() {
+                jobs.extend((0..runs).map(|seed| Job { model, function, seed, rows: rows.clone() }));
+            }
+        }
+    }
+    jobs
+}
+
+/// Runs the jobs on all cores; trials that the journal has are not repeated.
+fn compute(jobs: &[Job], folder: &Path) -> anyhow::Result<Vec<Trial>> {
+    let journal = Journal::open()?;
+    let bar = ProgressBar::new(jobs.iter().map(|job| job.rows.len() as u64).sum());
+    bar.set_style(ProgressStyle::with_template("{elapsed} {bar:40} {pos}/{len} trials, {eta} left")?);
+    let trials = jobs.par_iter().map(|job| {
+        let known =
+            |row: &&Row| journal.find(job.model.name, job.function.name(), row.letter, job.seed).cloned();
+        let (mut done, mut marked) = (Vec::new(), None);
+        for row in &job.rows {
+            if let Some(trial) = known(row) {
+                done.push(trial);
+            } else {
+                if marked.is_none() {
+                    marked = Some(Marked::new(folder, job.model, job.function, job.seed)?);
+                }
+                if let Some(marked) = &marked {
+                    let trial = marked.trial(row)?;
+                    journal.add(&trial)?;
+                    done.push(trial);
+                }
+            }
             bar.inc(1);
-            cell
-        })
-        .collect();
+        }
+        Ok(done)
+    });
+    let trials = trials.collect::<anyhow::Result<Vec<Vec<Trial>>>>()?;
     bar.finish_and_clear();
-    cells
+    Ok(trials.concat())
 }
