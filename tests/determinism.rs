@@ -1,0 +1,120 @@
+//! The same input, secret and parameters give the same bytes, whatever the number of threads.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sombrero::attacks::Attack;
+use sombrero::basis::{BasisFunction, BasisOptions};
+use sombrero::io::{Document, Format};
+use sombrero::mesh::shapes;
+use sombrero::{Model, attack, detect};
+use sombrero_tests::{Workshop, as_it_is, document, groups, marked, ring, samples};
+
+fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
+}
+
+#[test]
+fn a_copy_and_its_key_do_not_depend_on_threads() {
+    for (name, soup) in groups() {
+        let original = document(Format::Obj, &soup);
+        let run = |threads| {
+            with_threads(threads, || {
+                let mark = marked(&original, 1);
+                let copy = Document::parse(mark.bytes.clone(), None).unwrap();
+                let found = detect(&copy, &original, &mark.key, &as_it_is()).unwrap();
+                let digest = Model::new(&original.soup()).basis(&BasisOptions::default()).unwrap().digest();
+                (mark.bytes, mark.key.to_json(), digest, found.log10_p.to_bits(), found.extracted)
+            })
+        };
+        let one = run(1);
+        for threads in [1, 2, 5] {
+            assert!(run(threads) == one, "{name}: {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn the_basis_of_a_generated_mesh_is_pinned() {
+    // Whoever changes collapses, magnitudes, supports or functions breaks every key that exists. Then keys
+    // need a new version, and these digests new values.
+    let digest = |function| {
+        let model = Model::new(&shapes::bumpy_sphere(1000));
+        hex::encode(model.basis(&BasisOptions { coefficients: 50, function }).unwrap().digest())
+    };
+    assert_eq!(
+        digest(BasisFunction::Sombrero),
+        "6019cd3c2400bbad55587eee9f006d0e0ab5af1c53e5fa2c7aa11739c0e401a9"
+    );
+    assert_eq!(
+        digest(BasisFunction::Derby),
+        "2f724ac7ce7ea318c846cb97f3fa4bc63284cd84f106525979b8daedf45207cd"
+    );
+    assert_eq!(
+        digest(BasisFunction::Hat),
+        "75b15590c2ddce14ccdb9b6a5f4c50e56b3d0dfed1ff00b149e18f77e8032bf2"
+    );
+}
+
+#[test]
+fn one_seed_makes_one_attack() {
+    let specs =
+        "reorder noise:amplitude=0.01 smooth transform simplify:ratio=0.5 watermark crop:fraction=0.2";
+    for sample in samples(&ring()) {
+        let document = Document::parse(sample.bytes, Some(sample.extension)).unwrap();
+        for spec in specs.split(' ').chain(["none"]) {
+            let attacks: Vec<Attack> = vec![spec.parse().unwrap()];
+            let run = |seed, threads| {
+                with_threads(threads, || attack(&document, &attacks, &mut ChaCha8Rng::seed_from_u64(seed)))
+                    .unwrap()
+                    .bytes
+            };
+            let bytes = run(1, 1);
+            assert!(run(1, 2) == bytes, "{}, {spec}", sample.name);
+            let random =
+                ["reorder", "noise", "transform", "watermark"].iter().any(|name| spec.starts_with(name));
+            assert_eq!(run(2, 1) != bytes, random, "{}, {spec}: another seed", sample.name);
+        }
+    }
+}
+
+#[test]
+fn the_command_writes_the_same_bytes_with_any_number_of_threads() {
+    let workshop = Workshop::new(env!("CARGO_BIN_EXE_sombrero-under-test"));
+    workshop.write("secret", "5a".repeat(32));
+    for sample in samples(&ring()).iter().filter(|s| ["OBJ", "STL, binary"].contains(&s.name)) {
+        workshop.write("mesh", &sample.bytes);
+        let run = |threads: &str| {
+            let line = format!(
+                "embed mesh -o marked --key key --owner A --secret-file secret --force --threads {threads}"
+            );
+            workshop.line(&line).text();
+            let line = format!(
+                "attack marked -o noisy noise:amplitude=0.002 watermark --seed 9 --force --threads {threads}"
+            );
+            workshop.line(&line).text();
+            let line = format!(
+                "detect noisy --original mesh --key key --registration never --resampling never --json --threads {threads}"
+            );
+            let mut found = workshop.line(&line).json();
+            assert!(found.as_object_mut().unwrap().remove("seconds").is_some());
+            (["marked", "key", "noisy"].map(|name| workshop.read(name)), found)
+        };
+        let one = run("1");
+        assert!(run("1") == one && run("2") == one && run("3") == one, "{}", sample.name);
+    }
+}
+
+#[test]
+fn a_new_secret_makes_another_copy() {
+    let workshop = Workshop::new(env!("CARGO_BIN_EXE_sombrero-under-test"));
+    let [sample, ..] = &samples(&ring())[..] else { panic!("no sample") };
+    workshop.write("mesh.obj", &sample.bytes);
+    let copy = |name: &str| {
+        workshop.line(&format!("embed mesh.obj -o {name}.obj --key {name}.key")).text();
+        (workshop.read(format!("{name}.obj")), workshop.read(format!("{name}.key")))
+    };
+    let (one, two) = (copy("one"), copy("two"));
+    assert!(one.0 != two.0 && one.1 != two.1, "the operating system gave the same secret twice");
+}

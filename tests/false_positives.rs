@@ -1,0 +1,59 @@
+//! "p" means what it says: of keys that have nothing to do with a suspect, a share p matches it as well as p.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sombrero::Prepared;
+use sombrero::attacks::apply_all;
+use sombrero::io::{Document, Format};
+use sombrero::mesh::shapes;
+use sombrero::stats::{WatermarkTestOptions, watermark_test, wilson_interval};
+use sombrero::watermark::{Identity, Secret, watermark};
+use sombrero_tests::{document, marked, test_known};
+
+const KEYS: usize = 10_000;
+
+/// What is extracted from the copy of somebody else after these attacks, and the file that was marked.
+fn extracted(specs: &[&str]) -> (Document, Vec<Option<f64>>) {
+    let original = document(Format::PlyBinaryLittleEndian, &shapes::bumpy_sphere(700));
+    let somebody_else = marked(&original, 0xee);
+    let copy = Document::parse(somebody_else.bytes, None).unwrap();
+    let key = Prepared::new(&original, somebody_else.key).unwrap();
+    let attacks: Vec<_> = specs.iter().map(|s| s.parse().unwrap()).collect();
+    let suspect = apply_all(&attacks, &copy.soup(), &mut ChaCha8Rng::seed_from_u64(1999)).unwrap();
+    let (extracted, test) = test_known(&key, &suspect.correspondence(copy.points().len()));
+    assert!(test.log10_p() < -6.0, "{specs:?}: a trivial suspect");
+    (original, extracted)
+}
+
+fn assert_calibrated(specs: &[&str]) {
+    let (original, extracted) = extracted(specs);
+    let p: Vec<f64> = (0..KEYS)
+        .map(|i| {
+            let mut secret = [0; 32];
+            secret[..8].copy_from_slice(&(i as u64).to_le_bytes());
+            let identity = Identity { owner: "innocent".into(), recipient: String::new() };
+            let w = watermark(original.bytes(), &identity, &Secret(secret), 50);
+            watermark_test(&w, &extracted, &WatermarkTestOptions::default()).unwrap().p.p()
+        })
+        .collect();
+    for nominal in [0.1, 0.01, 0.001] {
+        let hits = p.iter().filter(|p| **p <= nominal).count();
+        let interval = wilson_interval(hits, KEYS, 0.999).unwrap();
+        assert!(interval.contains(nominal), "{specs:?}: {hits} of {KEYS} at {nominal}: {interval:?}");
+    }
+    // None of ten thousand comes near the usual threshold.
+    let best = p.iter().copied().fold(1.0, f64::min);
+    assert!(best > 1e-6, "{specs:?}: {best}");
+}
+
+#[test]
+fn of_strange_keys_a_share_p_matches_a_noisy_copy_as_well_as_p() {
+    assert_calibrated(&["noise:amplitude=0.002"]);
+}
+
+#[test]
+fn of_strange_keys_a_share_p_matches_what_is_left_of_a_copy_as_well_as_p() {
+    assert_calibrated(&["noise:amplitude=0.001", "watermark:epsilon=0.003", "crop:fraction=0.333"]);
+}

@@ -1,0 +1,45 @@
+//! What the stories share: groups of generated meshes, files in every format that are as full of extras as real
+//! ones, and a folder in which the command is run and watched.
+
+#![allow(clippy::unwrap_used, reason = "a story that cannot begin shall fail loudly")]
+
+mod meshes;
+mod samples;
+mod workshop;
+
+pub use meshes::{flat_sheet, groups, joined, mapped, ring, wavy};
+pub use samples::{Sample, ascii_stl, binary_stl, obj, off, ply, samples};
+pub use workshop::{Ran, Workshop};
+
+use nalgebra::Point3;
+use sombrero::extraction::extract;
+use sombrero::io::{Document, Format, encode};
+use sombrero::mesh::Soup;
+use sombrero::stats::{WatermarkTest, WatermarkTestOptions, watermark_test};
+use sombrero::watermark::Secret;
+use sombrero::{DetectOptions, EmbedOptions, Marked, Prepared, Step, embed};
+
+/// A plain file of this format that holds `soup`, read.
+pub fn document(format: Format, soup: &Soup) -> Document {
+    Document::parse(encode(format, soup).unwrap(), None).unwrap()
+}
+
+/// The copy of `original` that carries the mark of this secret, with the usual strength.
+pub fn marked(original: &Document, secret: u8) -> Marked {
+    embed(original, Secret([secret; 32]), &EmbedOptions::default()).unwrap()
+}
+
+/// Detection that takes a suspect as it is: vertex i of the suspect is vertex i of the original, where it stands.
+pub fn as_it_is() -> DetectOptions {
+    DetectOptions { registration: Step::Never, resampling: Step::Never, ..DetectOptions::default() }
+}
+
+/// The extracted coefficients and the paper's test of a suspect whose correspondence is known: `found[j]` is where
+/// point j of the original is on the suspect, or `None` when it is missing.
+pub fn test_known(key: &Prepared, found: &[Option<Point3<f64>>]) -> (Vec<Option<f64>>, WatermarkTest) {
+    let epsilon = key.key().parameters.epsilon;
+    let extraction = extract(key.basis(), epsilon, &key.model().soup().points, found).unwrap();
+    let test =
+        watermark_test(&key.key().watermark, &extraction.coefficients, &WatermarkTestOptions::default());
+    (extraction.coefficients, test.unwrap())
+}
