@@ -52,9 +52,15 @@ pub(crate) enum Command {
     /// Derive watermark and basis again and say whether a key is genuine.
     #[command(after_help = "Example: sombrero verify vase.key --original vase.obj")]
     Verify(Verify),
-    /// Make models, mark and attack them, look for the marks: a table, meshes, pictures and a report.
+    /// Make models, mark and attack them, look for the marks: a table, meshes, keys, a picture and a report.
     #[command(after_help = "Example: sombrero demo -o demo")]
     Demo(Demo),
+}
+
+/// A number that one can compute with.
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|x: &f64| x.is_finite());
+    number.ok_or_else(|| format!("`{text}` is not a number to compute with"))
 }
 
 #[derive(Debug, Args)]
@@ -77,7 +83,7 @@ pub(crate) struct Embed {
     #[arg(long, value_name = "N", default_value_t = 50)]
     pub(crate) coefficients: usize,
     /// Strength of the mark.
-    #[arg(long, value_name = "E", default_value_t = 0.01)]
+    #[arg(long, value_name = "E", default_value_t = 0.01, allow_negative_numbers = true, value_parser = finite)]
     pub(crate) epsilon: f64,
     /// Basis function: sombrero, derby or hat.
     #[arg(long, value_name = "NAME", default_value_t = BasisFunction::Sombrero)]
@@ -128,7 +134,7 @@ pub(crate) struct Detect {
     #[arg(long, value_enum, default_value_t = Step::Auto)]
     pub(crate) resampling: Step,
     /// The mark counts as found when the probability of a chance match is at most this.
-    #[arg(long, value_name = "P", default_value_t = 1e-6)]
+    #[arg(long, value_name = "P", default_value_t = 1e-6, allow_negative_numbers = true, value_parser = finite)]
     pub(crate) threshold: f64,
     /// Write a report for people: one HTML page with plot and pictures.
     #[arg(long, value_name = "FILE")]

@@ -1,6 +1,7 @@
 //! What ends a command with status 2: one sentence, and a word for programs.
 
 use serde::Serialize;
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -27,9 +28,10 @@ impl Failure {
     /// Prints it and gives the exit status.
     pub(crate) fn report(&self, json: bool) -> ExitCode {
         if json {
-            crate::say(&serde_json::json!({ "error": self }).to_string());
+            let _ = crate::say(&serde_json::json!({ "error": self }).to_string());
         } else {
-            eprintln!("sombrero: {}", self.message);
+            // When nobody listens the status still tells.
+            let _ = writeln!(std::io::stderr(), "sombrero: {}", self.message);
         }
         ExitCode::from(2)
     }

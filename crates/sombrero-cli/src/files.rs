@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use sombrero::io::{Limits, Overwrite};
 use sombrero::watermark::{Key, Secret};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A key of a million coefficients has about 20 MB.
 pub(crate) const LARGEST_KEY: u64 = 64 << 20;
@@ -39,12 +39,16 @@ pub(crate) fn overwrite(force: bool) -> Overwrite {
     if force { Overwrite::Allow } else { Overwrite::Refuse }
 }
 
+/// Where a path leads, however it is spelled; for a file that is not there, its folder decides.
+fn place(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
+}
+
 /// Refuses outputs that exist before any work is done, unless `force`; and always those that are an input
 /// or each other.
 pub(crate) fn check_outputs(outputs: &[&Path], inputs: &[&Path], force: bool) -> Result<(), Failure> {
-    let same = |a: &Path, b: &Path| {
-        a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-    };
+    let same = |a: &Path, b: &Path| a == b || matches!((place(a), place(b)), (Some(a), Some(b)) if a == b);
     for (i, output) in outputs.iter().enumerate() {
         if inputs.iter().any(|input| same(output, input)) {
             let message =

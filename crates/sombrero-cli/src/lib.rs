@@ -9,6 +9,7 @@ mod progress;
 
 use args::{Cli, Command};
 use clap::Parser;
+use clap::error::ErrorKind;
 use failure::Failure;
 use serde::Serialize;
 use std::ffi::OsString;
@@ -42,10 +43,13 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match answer {
         Ok(answer) => {
             let shown = if cli.json { answer.json.to_string() } else { answer.text };
-            if !say(&shown) {
-                return ExitCode::from(2);
+            match say(&shown) {
+                Ok(()) => ExitCode::from(u8::from(!answer.found)),
+                Err(e) => {
+                    Failure::new("write", format!("the answer cannot be printed ({e}); free some space"))
+                        .report(false)
+                }
             }
-            ExitCode::from(u8::from(!answer.found))
         }
         Err(failure) => failure.report(cli.json),
     }
@@ -69,25 +73,28 @@ fn set_threads(threads: Option<usize>) -> Result<(), Failure> {
     built.map_err(|e| Failure::new("usage", format!("--threads {count} cannot be had: {e}")))
 }
 
-/// Help and version go to stdout with status 0, wrong usage to stderr with status 2.
+/// Help and version go to stdout with status 0; wrong usage is a failure like any other, in one sentence.
 fn usage(error: &clap::Error, json: bool) -> ExitCode {
-    if json && error.use_stderr() {
+    let help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    if error.use_stderr() && (json || !help) {
         let text = error.to_string();
-        let sentence = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        return Failure::new("usage", sentence.to_owned()).report(true);
+        // The first paragraph says what is wrong, line by line; the rest is advice on usage.
+        let paragraph: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+        let sentence = paragraph.join(" ");
+        let sentence = sentence.trim_start_matches("error: ");
+        return Failure::new("usage", format!("{sentence}; see --help")).report(json);
     }
     // A closed pipe is no reason to panic.
     let _ = error.print();
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
-/// Prints a line; false when nobody can read it.
-fn say(line: &str) -> bool {
+/// Prints a line. Whoever closed the pipe has read what they wanted; that is no error.
+fn say(line: &str) -> std::io::Result<()> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
     match writeln!(out, "{line}").and_then(|()| out.flush()) {
-        // Whoever closed the pipe has read what they wanted.
-        Err(e) => e.kind() == std::io::ErrorKind::BrokenPipe,
-        Ok(()) => true,
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e),
+        _ => Ok(()),
     }
 }

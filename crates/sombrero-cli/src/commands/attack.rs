@@ -9,11 +9,10 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sombrero::attack;
 use sombrero::io::{Document, write_atomically};
-use std::path::Path;
 
 #[derive(Serialize)]
-struct Report<'a> {
-    output: &'a Path,
+struct Report {
+    output: String,
     attacks: Vec<String>,
     seed: u64,
     vertices: usize,
@@ -30,7 +29,7 @@ pub(crate) fn run(args: &AttackArgs) -> Result<Answer, Failure> {
         attack(&document, &args.attacks, &mut rng).map_err(|e| Failure::about("attack", &args.input, &e))?;
     write_atomically(&args.output, &attacked.bytes, files::overwrite(args.force))?;
     let report = Report {
-        output: &args.output,
+        output: args.output.display().to_string(),
         attacks: args.attacks.iter().map(ToString::to_string).collect(),
         seed: args.seed,
         vertices: attacked.soup.points.len(),

@@ -8,12 +8,14 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 use sombrero::attacks::{Attack, Attacked, apply_all, noise};
 use sombrero::io::{Access, Document, Format, Output, encode, write_together};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::render::{Camera, HeatMap, Image, RenderOptions, render, used_points};
+use sombrero::report::{DetectionReport, FileLabel, detection_report};
 use sombrero::watermark::{Identity, Secret};
-use sombrero::{DetectOptions, EmbedOptions, EmbedReport, Marked, Prepared, Suspect, Variant, embed};
+use sombrero::{DetectOptions, EmbedOptions, EmbedReport, Marked, Prepared, Stages, Suspect, Variant, embed};
 use std::path::{Path, PathBuf};
 
 /// The attacks of the table.
@@ -31,10 +33,10 @@ const BATTERY: [(&str, &str); 9] = [
 
 #[derive(Serialize)]
 struct Report {
-    output: PathBuf,
+    output: String,
     models: Vec<ModelReport>,
     rows: Vec<Row>,
-    files: Vec<PathBuf>,
+    files: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -72,6 +74,7 @@ struct File {
 }
 
 pub(crate) fn run(args: &Demo) -> Result<Answer, Failure> {
+    check_folder(args)?;
     let _progress = Progress::new("making, marking, attacking and detecting");
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     let cases = [
@@ -90,6 +93,7 @@ pub(crate) fn run(args: &Demo) -> Result<Answer, Failure> {
         rows.extend(case.rows(&attacked)?);
         files.extend(case.files(&args.output, &attacked)?);
         strips.push(case.pictures(&attacked));
+        files.push(case.report(&args.output, &attacked[REPORTED])?);
     }
     let picture = Image::stacked(&strips, GAP, BACKGROUND);
     let png = picture.to_png().map_err(|e| Failure::new("internal", e.to_string()))?;
@@ -97,10 +101,10 @@ pub(crate) fn run(args: &Demo) -> Result<Answer, Failure> {
 
     write(args, &files)?;
     let report = Report {
-        output: args.output.clone(),
+        output: args.output.display().to_string(),
         models: cases.iter().map(|c| ModelReport { name: c.name, embed: c.marked.report.clone() }).collect(),
         rows,
-        files: files.iter().map(|f| f.path.clone()).collect(),
+        files: files.iter().map(|f| f.path.display().to_string()).collect(),
     };
     Answer::new(text(&report), &report)
 }
@@ -145,13 +149,9 @@ impl Case {
             rows.push(self.row(suspect, true, Suspect { soup: attacked.soup.clone(), correspondence })?);
         }
         let noise = noise(self.original.points(), 0.002 * self.size(), &mut ChaCha8Rng::seed_from_u64(1));
-        for (name, points) in
-            [("unmarked original", self.original.points().to_vec()), ("unmarked, noise 0.2 %", noise)]
-        {
-            let correspondence = Some(points.iter().copied().map(Some).collect());
-            let soup = Soup::new(points, self.original.triangles().to_vec());
-            rows.push(self.row(name, false, Suspect { soup, correspondence })?);
-        }
+        let correspondence = Some(noise.iter().copied().map(Some).collect());
+        let soup = Soup::new(noise, self.original.triangles().to_vec());
+        rows.push(self.row("not marked, noise 0.2 %", false, Suspect { soup, correspondence })?);
         Ok(rows)
     }
 
@@ -188,12 +188,49 @@ impl Case {
                 access: Access::Private,
             },
         ];
-        for ((name, _), attacked) in BATTERY.iter().zip(attacked).skip(1) {
-            let slug: String = name.chars().filter(|c| c.is_alphanumeric() || *c == '.').collect();
+        for (i, attacked) in attacked.iter().enumerate().skip(1) {
             let bytes = encode(self.original.format(), &attacked.soup)?;
-            files.push(usual(named(&format!("-{slug}"), self.extension), bytes));
+            files.push(usual(folder.join(slug(self.name, i, self.extension)), bytes));
         }
         Ok(files)
+    }
+
+    /// The report that `detect --report` would write for the suspect that was moved.
+    fn report(&self, folder: &Path, attacked: &Attacked) -> Result<File, Failure> {
+        let failed = |e: &dyn std::error::Error| Failure::new("internal", format!("the {}: {e}", self.name));
+        let suspect = Suspect {
+            soup: attacked.soup.clone(),
+            correspondence: Some(attacked.correspondence(self.original.points().len())),
+        };
+        let mut detection =
+            self.prepared.detect(&suspect, &DetectOptions::default()).map_err(|e| failed(&e))?;
+        // One seed, one demo: times would differ from run to run.
+        detection.seconds = Stages::default();
+        let bytes = encode(self.original.format(), &attacked.soup)?;
+        let names = [
+            format!("{}.{}", self.name, self.extension),
+            slug(self.name, REPORTED, self.extension),
+            format!("{}.key", self.name),
+        ];
+        let key = self.marked.key.to_json();
+        let hashes = [self.original.bytes(), &bytes, key.as_bytes()].map(|b| hex::encode(Sha256::digest(b)));
+        let [original_file, suspect_file, key_file] =
+            std::array::from_fn(|i| FileLabel { name: &names[i], sha256: &hashes[i] });
+        let page = detection_report(&DetectionReport {
+            detection: &detection,
+            key: &self.marked.key,
+            original: self.prepared.model(),
+            suspect: &attacked.soup,
+            found: Some(&detection.found),
+            original_file,
+            suspect_file,
+            key_file,
+            command: &format!("sombrero detect {} --original {} --key {}", names[1], names[0], names[2]),
+            date: None,
+        });
+        let page = page.map_err(|e| failed(&e))?;
+        let path = folder.join(format!("{}-report.html", self.name));
+        Ok(File { path, bytes: page.into_bytes(), access: Access::Usual })
     }
 
     /// Original, marked, displacement as a heat map, strong noise, smoothed, cropped; from one camera.
@@ -226,9 +263,30 @@ impl Case {
     }
 }
 
+/// The row of the battery whose detection is reported: turned, moved, scaled.
+const REPORTED: usize = 7;
+
+/// The file name of an attacked model.
+fn slug(model: &str, row: usize, extension: &str) -> String {
+    let words: String = BATTERY[row].0.chars().filter(|c| c.is_alphanumeric() || *c == '.').collect();
+    format!("{model}-{words}.{extension}")
+}
+
 const SIZE: u32 = 360;
 const GAP: u32 = 8;
 const BACKGROUND: [u8; 4] = [255; 4];
+
+/// Before any work: the folder can be one, and nothing of ours is in it, unless it may be replaced.
+fn check_folder(args: &Demo) -> Result<(), Failure> {
+    let folder = &args.output;
+    if folder.exists() && !folder.is_dir() {
+        let message = format!("{}: not a folder; choose another name", folder.display());
+        return Err(Failure::new("write", message));
+    }
+    let names = ["part.obj", "part.key", "bust.ply", "bust.key", "demo.png"];
+    let paths = names.map(|name| folder.join(name));
+    files::check_outputs(&paths.each_ref().map(PathBuf::as_path), &[], args.force)
+}
 
 fn write(args: &Demo, files: &[File]) -> Result<(), Failure> {
     let paths: Vec<&Path> = files.iter().map(|f| f.path.as_path()).collect();
@@ -260,13 +318,10 @@ fn text(report: &Report) -> String {
         "log10 p: the chance that an unmarked mesh matches as well, as a power of ten; found: -6 or below."
             .into(),
     );
-    lines.push(
-        "In all rows the vertices' correspondence is known; for the cropped one, through the library.".into(),
-    );
     lines.push(format!(
-        "{} files in {}: meshes, keys and demo.png",
+        "{} files in {}: meshes, keys, demo.png and two reports",
         report.files.len(),
-        report.output.display()
+        report.output
     ));
     lines.join("\n")
 }

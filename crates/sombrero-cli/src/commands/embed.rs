@@ -9,18 +9,20 @@ use sombrero::basis::BasisOptions;
 use sombrero::io::{Access, Document, Output, write_together};
 use sombrero::watermark::{Identity, Parameters};
 use sombrero::{EmbedOptions, EmbedReport, embed};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
 struct Report<'a> {
-    output: &'a Path,
-    key: &'a Path,
+    output: String,
+    key: String,
     #[serde(flatten)]
     report: &'a EmbedReport,
 }
 
 pub(crate) fn run(args: &Embed) -> Result<Answer, Failure> {
-    files::check_outputs(&[&args.output, &args.key], &[&args.input], args.force)?;
+    let inputs: Vec<&Path> =
+        [&args.input].into_iter().chain(&args.secret_file).map(PathBuf::as_path).collect();
+    files::check_outputs(&[&args.output, &args.key], &inputs, args.force)?;
     let secret = files::secret(args.secret_file.as_deref())?;
     let _progress = Progress::new(format!("marking {}", args.input.display()));
     let original = Document::read(&args.input)?;
@@ -38,10 +40,8 @@ pub(crate) fn run(args: &Embed) -> Result<Answer, Failure> {
         Output { path: &args.key, bytes: key.as_bytes(), access: Access::Private },
     ];
     write_together(&outputs, files::overwrite(args.force))?;
-    Answer::new(
-        text(args, &marked.report),
-        &Report { output: &args.output, key: &args.key, report: &marked.report },
-    )
+    let [output, key] = [&args.output, &args.key].map(|path| path.display().to_string());
+    Answer::new(text(args, &marked.report), &Report { output, key, report: &marked.report })
 }
 
 fn text(args: &Embed, report: &EmbedReport) -> String {

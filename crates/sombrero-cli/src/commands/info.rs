@@ -29,14 +29,13 @@ fn text(args: &Args, i: &Info) -> String {
         ),
     ];
     if let Some(b) = i.bounding_box {
-        let [x, y, z] = std::array::from_fn(|k| format!("{:.6} to {:.6}", b.min[k], b.max[k]));
+        let [x, y, z] = std::array::from_fn(|k| format!("{} to {}", b.min[k], b.max[k]));
         lines.push(format!("  bounding box  x {x}, y {y}, z {z}"));
     }
-    lines.push(format!(
-        "  area          {:.6e}{}",
-        i.area,
-        i.volume.map_or(String::new(), |v| format!(", volume {v:.6e}"))
-    ));
+    let measure = |name: &str, value: Option<f64>| value.map(|x| format!("{name} {x:.6e}"));
+    let measures: Vec<String> =
+        [measure("area", i.area), measure("volume", i.volume)].into_iter().flatten().collect();
+    lines.push(format!("  size          {}", measures.join(", ")));
     if !i.attributes.is_empty() {
         lines.push(format!("  attributes    {}", i.attributes.join(", ")));
     }
