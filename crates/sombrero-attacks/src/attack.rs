@@ -126,7 +126,9 @@ pub fn apply<R: Rng + ?Sized>(attack: &Attack, soup: &Soup, rng: &mut R) -> Resu
             if simplified.soup.triangles.is_empty() { Err(AttackError::NothingLeft) } else { Ok(simplified) }
         }
         Attack::Watermark(mark) => {
-            in_range("epsilon", mark.parameters.epsilon, (0.0, 1.0), "between 0 and 1")?;
+            let sombrero_watermark::Parameters { basis, epsilon } = mark.parameters;
+            in_range("epsilon", epsilon, (f64::MIN_POSITIVE, 1.0), "above 0 and at most 1")?;
+            in_range("coefficients", basis.coefficients as f64, (4.0, f64::MAX), "at least 4")?;
             Ok(moved(second_watermark(soup, mark, rng)?))
         }
         Attack::Crop { fraction } => {

@@ -111,16 +111,15 @@ impl<'a> Given<'a> {
     }
 
     fn number(&mut self, parameter: &'static str) -> Result<Option<f64>, SpecError> {
-        let wanted = "a number";
-        match self.parsed::<f64>(parameter, wanted)? {
-            Some(x) if !x.is_finite() => Err(SpecError::Value {
-                attack: self.attack.to_owned(),
-                parameter,
-                text: x.to_string(),
-                wanted,
-            }),
-            found => Ok(found),
-        }
+        let Some(text) = self.text(parameter) else { return Ok(None) };
+        let number = text.parse().ok().filter(|x: &f64| x.is_finite());
+        let wrong = || SpecError::Value {
+            attack: self.attack.to_owned(),
+            parameter,
+            text: text.to_owned(),
+            wanted: "a number",
+        };
+        number.map(Some).ok_or_else(wrong)
     }
 
     fn required(&mut self, parameter: &'static str, example: f64) -> Result<f64, SpecError> {

@@ -18,10 +18,10 @@ pub enum Overwrite {
     Allow,
 }
 
-/// Who may read a new file. A file that is replaced keeps the permissions that it had.
+/// Who may read an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Access {
-    /// Whoever the system's settings allow.
+    /// Whoever the system's settings allow, or those who could read the file that is replaced.
     #[default]
     Usual,
     /// The owner alone: for keys.
@@ -95,8 +95,12 @@ impl<'a> Staged<'a> {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        let mut file = temporary(folder, output.access).map_err(failed)?;
-        if let Ok(replaced) = fs::metadata(&target) {
+        // The temporary file's own name would only confuse; what went wrong with its folder is enough.
+        let made = temporary(folder, output.access).map_err(|e| io::Error::from(e.kind()));
+        let mut file = made.map_err(failed)?;
+        if let Ok(replaced) = fs::metadata(&target)
+            && output.access == Access::Usual
+        {
             // What was private stays private.
             file.as_file().set_permissions(replaced.permissions()).map_err(failed)?;
         }

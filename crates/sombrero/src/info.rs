@@ -42,9 +42,10 @@ pub struct Info {
     pub genus: Option<usize>,
     /// The box around the vertices that have a face; `None` without a face.
     pub bounding_box: Option<Corners>,
-    /// Surface area in squared model units.
-    pub area: f64,
-    /// Enclosed volume in cubed model units, negative when the faces look inwards; `None` for an open mesh.
+    /// Surface area in squared model units; `None` when it is too large for a number.
+    pub area: Option<f64>,
+    /// Enclosed volume in cubed model units, negative when the faces look inwards; `None` for an open mesh
+    /// or beyond all numbers.
     pub volume: Option<f64>,
     /// What the file holds beside positions and faces.
     pub attributes: Vec<String>,
@@ -79,7 +80,14 @@ pub fn info(document: &Document) -> Info {
     if capacity < usual {
         warnings.push(too_small(capacity, usual));
     }
-    let volume = closed.then(|| geometry::volume(mesh, points));
+    let volume = closed.then(|| geometry::volume(mesh, points)).filter(|v| v.is_finite());
+    let area = Some(geometry::area(mesh, points)).filter(|a| a.is_finite());
+    if area.is_none_or(|a| a < f64::MIN_POSITIVE && mesh.face_count() > 0) {
+        warnings.push(
+            "The coordinates are too large or too small to compute with; bring the model to ordinary units."
+                .to_owned(),
+        );
+    }
     if volume.is_some_and(|v| v < 0.0) {
         warnings.push("The faces look inwards. This does not matter to a mark.".to_owned());
     }
@@ -100,7 +108,7 @@ pub fn info(document: &Document) -> Info {
         unused_vertices: soup.used().iter().filter(|used| !**used).count(),
         genus: if closed && report.is_clean() { topology::genus(mesh) } else { None },
         bounding_box: model.bounding_box().map(corners),
-        area: geometry::area(mesh, points),
+        area,
         volume,
         attributes: document.attributes().to_vec(),
         markable: capacity >= usual,
