@@ -366,7 +366,7 @@ mod tests {
         let soup = shapes::part(1);
         let reference = Reference::new(&soup.points, &soup.triangles).unwrap();
         let start = rough(&soup, Vector3::x(), 8.0);
-        let options = IcpOptions { max_iterations: 1, ..IcpOptions::default() };
+        let options = IcpOptions { max_iterations: 1, uniform_reach: None, ..IcpOptions::default() };
         let found = align(&reference, &soup.points, &soup.triangles, &start, &options).unwrap();
         assert!(!found.converged && found.iterations == 1);
     }
