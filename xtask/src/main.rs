@@ -1,8 +1,12 @@
 //! What the project's own people run: `cargo xtask VERB`. A file for each verb.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
+mod calibrate;
 mod ci;
+mod figures;
 mod models;
+mod plot;
+mod roc;
 mod tables;
 
 use clap::{Parser, Subcommand};
@@ -21,10 +25,16 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
+    /// Compare the false-positive rate that detection promises with the one that it has.
+    Calibrate(calibrate::Calibrate),
     /// What CI runs: formatting, lints, tests, documentation, the main command, the recorded tables.
     Ci,
+    /// Redraw Figures 1, 2, 4 and 5.
+    Figures(figures::Figures),
     /// Fetch the paper's models, or check those that are there.
     Models(models::Models),
+    /// Recompute Figure 6, how often a mark is missed under noise.
+    Roc(roc::Roc),
     /// Recompute Tables 1, 2 and 3.
     Tables(tables::Tables),
 }
@@ -36,8 +46,11 @@ fn main() -> anyhow::Result<()> {
         .or_else(|| std::env::var_os("SOMBRERO_MODELS").map(PathBuf::from))
         .unwrap_or_else(|| PathBuf::from("models"));
     match cli.verb {
+        Verb::Calibrate(args) => calibrate::run(&args, &folder),
         Verb::Ci => ci::run(&folder),
+        Verb::Figures(args) => figures::run(&args, &folder),
         Verb::Models(args) => models::run(&args, &folder),
+        Verb::Roc(args) => roc::run(&args, &folder),
         Verb::Tables(args) => tables::run(&args, &folder),
     }
 }
