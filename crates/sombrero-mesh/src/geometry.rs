@@ -54,7 +54,8 @@ pub fn mean_edge_length(mesh: &Mesh, points: &[Point3<f64>]) -> f64 {
 
 /// Surface area, in squared model units.
 pub fn area(mesh: &Mesh, points: &[Point3<f64>]) -> f64 {
-    mesh.faces().map(|f| face_area(mesh, points, f)).sum()
+    // An empty sum is -0.
+    0.0 + mesh.faces().map(|f| face_area(mesh, points, f)).sum::<f64>()
 }
 
 /// Enclosed volume of a closed mesh, positive when faces are counter-clockwise seen from outside.

@@ -246,7 +246,8 @@ impl Prepared {
         };
         let present = |corners: &&[u32; 3]| corners.iter().all(|&v| found[v as usize].is_some());
         let total: f64 = soup.triangles.iter().map(area).sum();
-        let covered: f64 = soup.triangles.iter().filter(present).map(area).sum();
+        // An empty sum is -0, which nobody wants to read.
+        let covered: f64 = 0.0 + soup.triangles.iter().filter(present).map(area).sum::<f64>();
         if total > 0.0 { covered / total } else { 0.0 }
     }
 }
@@ -369,7 +370,7 @@ impl<'a> Search<'a> {
         let aligned = self.registration.filter(|_| best.variant.registration);
         if best.test.used < 8 {
             self.warnings.push(format!(
-                "Only {} coefficients could be compared, which proves little.",
+                "Fewer than 8 coefficients could be compared ({}), which proves little.",
                 best.test.used
             ));
         }

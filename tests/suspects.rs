@@ -1,0 +1,65 @@
+//! Suspects that have nothing to do with the original, or are hardly a surface.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use nalgebra::Point3;
+use sombrero::io::{Document, Format, encode};
+use sombrero::mesh::{Soup, shapes};
+use sombrero::watermark::Secret;
+use sombrero::{DetectError, DetectOptions, Detection, EmbedOptions, Prepared, embed};
+
+fn document(soup: &Soup) -> Document {
+    Document::parse(encode(Format::Obj, soup).unwrap(), None).unwrap()
+}
+
+fn prepared() -> Prepared {
+    let original = document(&shapes::bust(12));
+    let marked = embed(&original, Secret([3; 32]), &EmbedOptions::default()).unwrap();
+    Prepared::new(&original, marked.key).unwrap()
+}
+
+fn look(prepared: &Prepared, suspect: &Soup) -> Result<Detection, DetectError> {
+    prepared.detect(&prepared.suspect(&document(suspect)), &DetectOptions::default())
+}
+
+/// Numbers only, and a p that says nothing was found.
+fn assert_nothing_found(detection: &Detection) {
+    assert!(!detection.detected, "{detection:?}");
+    assert!(detection.log10_p.is_finite() && detection.log10_p > -3.0, "{}", detection.log10_p);
+    assert!(detection.correlation.is_finite());
+    assert!(detection.coverage.is_sign_positive() && detection.coverage <= 1.0, "{}", detection.coverage);
+    if let Some(alignment) = &detection.registration {
+        assert!(alignment.matrix.iter().flatten().all(|x| x.is_finite()) && alignment.rms.is_finite());
+    }
+}
+
+fn triangles_at(points: &[[f64; 3]]) -> Soup {
+    let triangles = (0..points.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Soup::new(points.iter().copied().map(Point3::from).collect(), triangles)
+}
+
+#[test]
+fn other_shapes_are_not_found() {
+    let prepared = prepared();
+    for other in [shapes::torus(30, 20, 1.0, 0.4), shapes::part(1)] {
+        assert_nothing_found(&look(&prepared, &other).unwrap());
+    }
+}
+
+#[test]
+fn hardly_a_surface_is_not_found() {
+    let prepared = prepared();
+    let one = triangles_at(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let mut flat = shapes::open_sheet(15, 15);
+    flat.points.iter_mut().for_each(|p| p.z = 0.0);
+    for suspect in [one, flat] {
+        assert_nothing_found(&look(&prepared, &suspect).unwrap());
+    }
+}
+
+#[test]
+fn no_extent_at_all_is_a_clear_error() {
+    let prepared = prepared();
+    let dot = triangles_at(&[[1.0, 2.0, 3.0]; 6]);
+    let message = look(&prepared, &dot).unwrap_err().to_string();
+    assert!(message.contains("no usable face") && !message.contains("NaN"), "{message}");
+}
