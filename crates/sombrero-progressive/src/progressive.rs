@@ -120,3 +120,45 @@ impl ProgressiveMesh {
         (0..introduced.len()).filter(|&v| !introduced[v]).map(VertexId::new).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use sombrero_mesh::{repair, shapes, topology};
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn any_way_through_the_levels_ends_at_the_same_mesh(
+            which in 0usize..4, way in prop::collection::vec(0usize..200, 1..8)
+        ) {
+            let soup = [shapes::sphere(2), shapes::torus(12, 8, 1.0, 0.4), shapes::genus(2, 1), shapes::open_sheet(8, 8)]
+                [which].clone();
+            let made = repair(&soup);
+            let mut progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points);
+            let base = progressive.mesh().clone();
+            for level in way {
+                progressive.go_to(level);
+                prop_assert_eq!(progressive.mesh().validate(), Ok(()));
+                prop_assert_eq!(progressive.mesh().vertex_count(), base.vertex_count() + progressive.level());
+                prop_assert_eq!(topology::genus(progressive.mesh()), topology::genus(&made.mesh));
+            }
+            progressive.go_to(usize::MAX);
+            prop_assert_eq!(progressive.mesh(), &made.mesh, "all splits give the mesh back");
+            progressive.go_to(0);
+            prop_assert_eq!(progressive.mesh(), &base, "and all collapses the base");
+        }
+    }
+
+    #[test]
+    fn a_sphere_ends_as_a_tetrahedron_and_a_disc_as_a_triangle() {
+        for (soup, smallest) in [(shapes::sphere(2), 4), (shapes::open_sheet(8, 8), 3)] {
+            let made = repair(&soup);
+            let progressive = ProgressiveMesh::new(made.mesh, &made.points);
+            assert_eq!(progressive.base_vertices().len(), smallest);
+            assert_eq!(progressive.split_count() + smallest, made.points.len());
+        }
+    }
+}
