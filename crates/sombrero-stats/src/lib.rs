@@ -1,13 +1,16 @@
 #![doc = include_str!("../README.md")]
 
 mod correlation;
+mod ellipsoid;
 mod log_probability;
+mod quadratic_form;
 mod selection;
 mod student;
 mod summary;
 mod watermark_test;
 
 pub use correlation::{Correlation, CorrelationError, Side};
+pub use ellipsoid::{Ellipsoid, EllipsoidError, EllipsoidTest};
 pub use log_probability::LogProbability;
 pub use selection::{Selection, best_of, select};
 pub use student::{StudentError, correlation_tail, student_tail};
