@@ -14,7 +14,7 @@ use sombrero::basis::{BasisFunction, BasisOptions};
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
 use sombrero::stats::median;
-use sombrero::watermark::{Parameters, Secret};
+use sombrero::watermark::{Parameters, Preset, Secret};
 use sombrero::{EmbedOptions, Prepared, embed};
 use sombrero_tests::test_known;
 use std::path::{Path, PathBuf};
@@ -136,7 +136,7 @@ struct Run {
 
 fn run(original: &Document, column: &Column, seed: u8) -> Run {
     let basis = BasisOptions { function: column.basis, ..BasisOptions::default() };
-    let parameters = Parameters { basis, ..Parameters::default() };
+    let parameters = Parameters { basis, ..Preset::Paper.parameters() };
     let options = EmbedOptions { parameters, ..EmbedOptions::default() };
     let mark = embed(original, Secret([seed; 32]), &options).unwrap();
     let copy = Document::parse(mark.bytes, None).unwrap().soup();

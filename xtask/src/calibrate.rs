@@ -18,13 +18,12 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::attacks::{Attack, apply_all};
-use sombrero::basis::BasisFunction;
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::registration::{Reference, RegisterOptions, register};
 use sombrero::resampling::{ResampleOptions, resample};
 use sombrero::stats::{WatermarkTestOptions, watermark_test, wilson_interval};
-use sombrero::watermark::{Identity, Key, Secret};
+use sombrero::watermark::{Identity, Key, Preset, Secret};
 use sombrero::{DetectOptions, Prepared};
 use std::path::{Path, PathBuf};
 
@@ -407,8 +406,8 @@ fn document(soup: &Soup) -> anyhow::Result<Document> {
 fn detection(subject: &Subject, rng: &mut ChaCha8Rng, seed: u64) -> anyhow::Result<Option<f64>> {
     let mut secret = Secret([0; 32]);
     rng.fill_bytes(&mut secret.0);
-    let (bytes, function) = (subject.document.bytes(), BasisFunction::default());
-    let key = Key::new(bytes, Identity::default(), secret, subject.epsilon, function, &subject.basis);
+    let parameters = Preset::Paper.parameters();
+    let key = Key::new(subject.document.bytes(), Identity::default(), secret, &parameters, &subject.basis);
     let prepared = Prepared::new(&subject.document, key)?;
     let suspect = prepared.suspect(&document(&attacked(&subject.document.soup(), rng))?);
     let options = DetectOptions { seed, ..DetectOptions::default() };

@@ -20,7 +20,7 @@ use sombrero::extraction::extract;
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
 use sombrero::stats::{WatermarkTestOptions, median, watermark_test, wilson_interval};
-use sombrero::watermark::{Identity, Parameters, Secret, embed, watermark};
+use sombrero::watermark::{Identity, Parameters, Preset, Secret, embed, watermark};
 use std::path::{Path, PathBuf};
 
 /// How often a mark is missed.
@@ -56,7 +56,7 @@ impl Subject {
 
     pub(crate) fn new(document: Document) -> anyhow::Result<Self> {
         let model = sombrero::Model::new(&document.soup());
-        let Parameters { basis: options, epsilon } = Parameters::default();
+        let Parameters { basis: options, epsilon } = Preset::Paper.parameters();
         let basis = model.basis(&options)?;
         Ok(Self { document, model, basis, epsilon })
     }

@@ -1,11 +1,19 @@
 //! The battery: every attack by name, alone or one after the other.
 
+use crate::affine::affine;
 use crate::crop::crop;
+use crate::ffd::{FreeForm, free_form};
+use crate::isosurface::isosurface;
+use crate::laplacian::{Laplacian, laplacian};
 use crate::noise::noise;
+use crate::projective::projective;
+use crate::quantize::quantize;
+use crate::remesh::{Remeshing, remesh};
 use crate::reorder::reorder;
 use crate::second::{SecondMark, second_watermark};
 use crate::simplify::simplify;
 use crate::smooth::{Smoothing, smooth};
+use crate::subdivide::{Subdivision, subdivide};
 use crate::transform::{Transform, random_similarity};
 use rand::Rng;
 use sombrero_basis::BasisError;
@@ -27,12 +35,40 @@ pub enum Attack {
     },
     /// Taubin's filter.
     Smooth(Smoothing),
+    /// Plain Laplacian smoothing, which shrinks.
+    Laplacian(Laplacian),
+    /// Coordinates rounded to the nearest of 2^`bits` levels along the largest bounding-box side.
+    Quantize {
+        /// Bits of a coordinate.
+        bits: u32,
+    },
     /// A similarity transform.
     Transform(Transform),
+    /// A linear map of condition number 1 + `strength` about the centroid.
+    Affine {
+        /// Condition number less one.
+        strength: f64,
+    },
+    /// A projective map.
+    Projective {
+        /// By how much sizes differ across the box, roughly; below 1.
+        strength: f64,
+    },
+    /// A free-form deformation.
+    FreeForm(FreeForm),
     /// Full edge collapse to `ratio` times the number of faces.
     Simplify {
         /// Fraction of the faces that stays.
         ratio: f64,
+    },
+    /// Each face becomes four.
+    Subdivide(Subdivision),
+    /// Isotropic remeshing.
+    Remesh(Remeshing),
+    /// Marching cubes of the signed distance.
+    Isosurface {
+        /// Cells along the largest bounding-box side.
+        resolution: u32,
     },
     /// A second mark by somebody else.
     Watermark(SecondMark),
@@ -89,10 +125,19 @@ pub enum AttackError {
     /// No face is left, or there was none.
     #[error("the attack leaves no face of the mesh; use a weaker one or a mesh with faces")]
     NothingLeft,
+    /// The result would be too large to work with.
+    #[error("the attack makes more than {MOST_FACES} faces or cells; use fewer iterations or a coarser one")]
+    TooManyFaces,
+    /// All vertices are at one place, or too far apart for numbers, so there is no length to measure others by.
+    #[error("the mesh has no size that the attack could measure lengths by")]
+    NoExtent,
     /// The mesh cannot carry the second mark.
     #[error("a second mark does not fit: {0}")]
     SecondMark(#[from] BasisError),
 }
+
+/// Most faces that an attack makes. More would not fit into the memory of an ordinary machine.
+pub(crate) const MOST_FACES: usize = 20_000_000;
 
 /// Applies one attack.
 ///
@@ -116,15 +161,23 @@ pub fn apply<R: Rng + ?Sized>(attack: &Attack, soup: &Soup, rng: &mut R) -> Resu
             in_range("mu", smoothing.mu, (-2.0, 0.0), "between -2 and 0")?;
             Ok(moved(smooth(soup, smoothing)))
         }
+        Attack::Laplacian(smoothing) => Ok(moved(laplacian(soup, smoothing)?)),
+        Attack::Quantize { bits } => Ok(moved(quantize(soup, *bits)?)),
         Attack::Transform(transform) => {
             let similarity = random_similarity(transform, soup, rng)?;
             Ok(moved(soup.points.iter().map(|p| similarity * p).collect()))
         }
+        Attack::Affine { strength } => Ok(moved(affine(soup, *strength, rng)?)),
+        Attack::Projective { strength } => Ok(moved(projective(soup, *strength, rng)?)),
+        Attack::FreeForm(form) => Ok(moved(free_form(soup, form, rng)?)),
         Attack::Simplify { ratio } => {
             in_range("ratio", *ratio, (0.0, 1.0), "between 0 and 1")?;
             let simplified = simplify(soup, *ratio);
             if simplified.soup.triangles.is_empty() { Err(AttackError::NothingLeft) } else { Ok(simplified) }
         }
+        Attack::Subdivide(subdivision) => subdivide(soup, subdivision),
+        Attack::Remesh(remeshing) => remesh(soup, remeshing),
+        Attack::Isosurface { resolution } => isosurface(soup, *resolution),
         Attack::Watermark(mark) => {
             let sombrero_watermark::Parameters { basis, epsilon } = mark.parameters;
             in_range("epsilon", epsilon, (f64::MIN_POSITIVE, 1.0), "above 0 and at most 1")?;
@@ -172,15 +225,17 @@ mod tests {
     use sombrero_mesh::{repair, shapes};
 
     fn battery() -> Vec<Attack> {
-        let specs = "none reorder noise:amplitude=0.01 smooth transform simplify:ratio=0.5 watermark crop:fraction=0.333";
-        specs.split(' ').map(|s| s.parse().unwrap()).collect()
+        let specs = "none reorder noise:amplitude=0.01 smooth transform simplify:ratio=0.5 watermark crop:fraction=0.333 \
+            laplacian quantize:bits=8 affine:strength=0.5 projective:strength=0.5 ffd:strength=0.1 \
+            subdivide:scheme=midpoint subdivide:scheme=loop remesh:length=1.5 isosurface:resolution=16";
+        specs.split_whitespace().map(|s| s.parse().unwrap()).collect()
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(12))]
+        #![proptest_config(ProptestConfig::with_cases(48))]
 
         #[test]
-        fn every_sequence_leaves_a_mesh_with_known_sources(order in prop::collection::vec(0usize..8, 1..5), seed in any::<u64>()) {
+        fn every_sequence_leaves_a_mesh_with_known_sources(order in prop::collection::vec(0usize..17, 1..5), seed in any::<u64>()) {
             let soup = shapes::bumpy_sphere(700);
             let attacks: Vec<Attack> = order.iter().map(|&i| battery()[i]).collect();
             let run = || apply_all(&attacks, &soup, &mut ChaCha8Rng::seed_from_u64(seed));
@@ -202,6 +257,27 @@ mod tests {
     }
 
     #[test]
+    fn in_place_attacks_move_and_nothing_else() {
+        let soup = shapes::bumpy_sphere(300);
+        for spec in [
+            "laplacian",
+            "quantize:bits=6",
+            "affine:strength=0.2",
+            "projective:strength=0.2",
+            "ffd:strength=0.05",
+        ] {
+            let draw =
+                |seed| apply(&spec.parse().unwrap(), &soup, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+            let attacked = draw(1);
+            assert_eq!(attacked.soup.triangles, soup.triangles);
+            assert!(attacked.source.iter().enumerate().all(|(v, s)| *s == Some(v as u32)));
+            assert_ne!(attacked.soup.points, soup.points);
+            let chance = spec.contains("strength");
+            assert_eq!(attacked.soup.points != draw(2).soup.points, chance, "{spec}");
+        }
+    }
+
+    #[test]
     fn cropping_and_reordering_are_undone_by_the_correspondence() {
         let soup = shapes::bumpy_sphere(700);
         let attacks = ["reorder", "crop:fraction=0.5"].map(|s| s.parse().unwrap());
@@ -209,6 +285,22 @@ mod tests {
         let found = attacked.correspondence(soup.points.len());
         assert!(found.iter().zip(&soup.points).all(|(f, p)| f.is_none_or(|f| f == *p)));
         assert_eq!(found.iter().flatten().count(), attacked.soup.points.len());
+    }
+
+    #[test]
+    fn meshes_of_any_size_are_attacked_or_refused() {
+        for scale in [1e-320, 1e-200, 1e-100, 1.0, 1e60, 1e150, 1e300] {
+            let mut soup = shapes::bumpy_sphere(200);
+            soup.points.iter_mut().for_each(|p| *p *= scale);
+            for attack in battery().iter().filter(|attack| !matches!(attack, Attack::Watermark(_))) {
+                let attacked = apply(attack, &soup, &mut ChaCha8Rng::seed_from_u64(4));
+                if scale <= 1e60 && scale > 1e-300 {
+                    let bounds = attacked.unwrap().soup.bounding_box().unwrap();
+                    let sides = bounds.largest_side() / scale;
+                    assert!((0.1..20.0).contains(&sides), "{attack} at {scale}: {sides}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -221,7 +313,18 @@ mod tests {
             Attack::Simplify { ratio: 1.5 },
             Attack::Smooth(Smoothing { mu: 0.5, ..Smoothing::default() }),
             Attack::Transform(Transform { scale: Some(0.0), ..Transform::default() }),
+            Attack::Laplacian(Laplacian { iterations: 1, lambda: -0.1 }),
+            Attack::Quantize { bits: 0 },
+            Attack::Quantize { bits: 25 },
+            Attack::Affine { strength: -0.1 },
+            Attack::Projective { strength: 1.0 },
+            Attack::FreeForm(FreeForm { strength: 2.0, lattice: 4 }),
+            Attack::FreeForm(FreeForm { strength: 0.1, lattice: 1 }),
+            Attack::Isosurface { resolution: 1025 },
             "watermark:epsilon=2".parse().unwrap(),
+            "subdivide:scheme=loop,iterations=11".parse().unwrap(),
+            "remesh:length=0".parse().unwrap(),
+            "remesh:length=1,iterations=1000".parse().unwrap(),
         ] {
             assert!(
                 matches!(apply(&attack, &soup, &mut rng), Err(AttackError::Parameter { .. })),

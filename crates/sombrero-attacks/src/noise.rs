@@ -20,6 +20,11 @@ pub(crate) fn in_unit_ball<R: Rng + ?Sized>(rng: &mut R) -> Vector3<f64> {
     }
 }
 
+/// Any direction, all equally likely.
+pub(crate) fn random_direction<R: Rng + ?Sized>(rng: &mut R) -> Vector3<f64> {
+    in_unit_ball(rng).try_normalize(0.0).unwrap_or_else(Vector3::x)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

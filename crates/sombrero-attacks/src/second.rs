@@ -5,13 +5,19 @@ use rand::{Rng, RngExt};
 use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_mesh::{Soup, repair};
 use sombrero_progressive::ProgressiveMesh;
-use sombrero_watermark::{Identity, Parameters, Secret, embed, watermark};
+use sombrero_watermark::{Identity, Parameters, Preset, Secret, embed, watermark};
 
 /// How strong the second mark is; the default is the paper's.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SecondMark {
     /// Coefficients, basis and ε.
     pub parameters: Parameters,
+}
+
+impl Default for SecondMark {
+    fn default() -> Self {
+        Self { parameters: Preset::Paper.parameters() }
+    }
 }
 
 /// The positions after marking `soup` with a secret drawn from `rng`.

@@ -39,13 +39,13 @@ pub fn smooth(soup: &Soup, smoothing: &Smoothing) -> Vec<Point3<f64>> {
 }
 
 /// The neighbours of each vertex, one after the other.
-struct Neighbours {
+pub(crate) struct Neighbours {
     starts: Vec<usize>,
     all: Vec<u32>,
 }
 
 impl Neighbours {
-    fn new(soup: &Soup) -> Self {
+    pub(crate) fn new(soup: &Soup) -> Self {
         let n = soup.points.len();
         let mut pairs: Vec<(u32, u32)> = soup
             .triangles
@@ -63,7 +63,7 @@ impl Neighbours {
     }
 
     /// v + factor · L v.
-    fn step(&self, points: &[Point3<f64>], factor: f64) -> Vec<Point3<f64>> {
+    pub(crate) fn step(&self, points: &[Point3<f64>], factor: f64) -> Vec<Point3<f64>> {
         let moved = |v: usize| {
             let ring = &self.all[self.starts[v]..self.starts[v + 1]];
             if ring.is_empty() {

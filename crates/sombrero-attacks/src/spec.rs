@@ -1,6 +1,6 @@
 //! The mini-language of attacks: `name` or `name:parameter=value,parameter=value`.
 
-use crate::{Attack, SecondMark, Smoothing, Transform};
+use crate::{Attack, FreeForm, Laplacian, Remeshing, SecondMark, Smoothing, Subdivision, Transform};
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -11,7 +11,8 @@ use thiserror::Error;
 pub enum SpecError {
     /// No attack has this name.
     #[error(
-        "there is no attack `{name}`; known are none, reorder, noise, smooth, transform, simplify, watermark and crop"
+        "there is no attack `{name}`; known are none, reorder, noise, smooth, laplacian, quantize, transform, affine, \
+         projective, ffd, simplify, subdivide, remesh, isosurface, watermark and crop"
     )]
     Name {
         /// What was given.
@@ -35,7 +36,7 @@ pub enum SpecError {
         /// The parameter.
         parameter: &'static str,
         /// A value that makes sense.
-        example: f64,
+        example: &'static str,
     },
     /// A value is not a number of the right kind.
     #[error("`{text}` is not a usable value for {attack}'s {parameter}; give {wanted}")]
@@ -60,16 +61,30 @@ impl FromStr for Attack {
         let attack = match name {
             "none" => Self::None,
             "reorder" => Self::Reorder,
-            "noise" => Self::Noise { amplitude: given.required("amplitude", 0.002)? },
+            "noise" => Self::Noise { amplitude: given.required("amplitude", "0.002")? },
             "smooth" => Self::Smooth(given.smoothing()?),
+            "laplacian" => Self::Laplacian(given.laplacian()?),
+            "quantize" => Self::Quantize { bits: given.whole("bits", "10")? },
             "transform" => Self::Transform(Transform {
                 rotation: given.number("rotation")?,
                 translation: given.number("translation")?,
                 scale: given.number("scale")?,
             }),
-            "simplify" => Self::Simplify { ratio: given.required("ratio", 0.5)? },
+            "affine" => Self::Affine { strength: given.required("strength", "0.1")? },
+            "projective" => Self::Projective { strength: given.required("strength", "0.1")? },
+            "ffd" => Self::FreeForm(FreeForm {
+                strength: given.required("strength", "0.02")?,
+                lattice: given.whole_or("lattice", 4)?,
+            }),
+            "simplify" => Self::Simplify { ratio: given.required("ratio", "0.5")? },
+            "subdivide" => Self::Subdivide(given.subdivision()?),
+            "remesh" => Self::Remesh(Remeshing {
+                length: given.required("length", "1")?,
+                iterations: given.whole_or("iterations", 5)?,
+            }),
+            "isosurface" => Self::Isosurface { resolution: given.whole("resolution", "128")? },
             "watermark" => Self::Watermark(given.second_mark()?),
-            "crop" => Self::Crop { fraction: given.required("fraction", 0.333)? },
+            "crop" => Self::Crop { fraction: given.required("fraction", "0.333")? },
             _ => return Err(SpecError::Name { name: name.to_owned() }),
         };
         given.nothing_left()?;
@@ -122,9 +137,36 @@ impl<'a> Given<'a> {
         number.map(Some).ok_or_else(wrong)
     }
 
-    fn required(&mut self, parameter: &'static str, example: f64) -> Result<f64, SpecError> {
-        let missing = SpecError::Missing { attack: self.attack.to_owned(), parameter, example };
-        self.number(parameter)?.ok_or(missing)
+    fn required(&mut self, parameter: &'static str, example: &'static str) -> Result<f64, SpecError> {
+        self.number(parameter)?.ok_or_else(|| self.missing(parameter, example))
+    }
+
+    fn whole(&mut self, parameter: &'static str, example: &'static str) -> Result<u32, SpecError> {
+        self.parsed(parameter, "a whole number")?.ok_or_else(|| self.missing(parameter, example))
+    }
+
+    fn whole_or(&mut self, parameter: &'static str, usual: u32) -> Result<u32, SpecError> {
+        Ok(self.parsed(parameter, "a whole number")?.unwrap_or(usual))
+    }
+
+    fn missing(&self, parameter: &'static str, example: &'static str) -> SpecError {
+        SpecError::Missing { attack: self.attack.to_owned(), parameter, example }
+    }
+
+    fn subdivision(&mut self) -> Result<Subdivision, SpecError> {
+        let scheme = self.parsed("scheme", "midpoint or loop")?;
+        Ok(Subdivision {
+            scheme: scheme.ok_or_else(|| self.missing("scheme", "loop"))?,
+            iterations: self.whole_or("iterations", 1)?,
+        })
+    }
+
+    fn laplacian(&mut self) -> Result<Laplacian, SpecError> {
+        let usual = Laplacian::default();
+        Ok(Laplacian {
+            iterations: self.parsed("iterations", "a whole number")?.unwrap_or(usual.iterations),
+            lambda: self.number("lambda")?.unwrap_or(usual.lambda),
+        })
     }
 
     fn smoothing(&mut self) -> Result<Smoothing, SpecError> {
@@ -173,6 +215,15 @@ impl fmt::Display for Attack {
             Self::Smooth(Smoothing { iterations, lambda, mu }) => {
                 write!(f, "smooth:iterations={iterations},lambda={lambda},mu={mu}")
             }
+            Self::Laplacian(Laplacian { iterations, lambda }) => {
+                write!(f, "laplacian:iterations={iterations},lambda={lambda}")
+            }
+            Self::Quantize { bits } => write!(f, "quantize:bits={bits}"),
+            Self::Affine { strength } => write!(f, "affine:strength={strength}"),
+            Self::Projective { strength } => write!(f, "projective:strength={strength}"),
+            Self::FreeForm(FreeForm { strength, lattice }) => {
+                write!(f, "ffd:strength={strength},lattice={lattice}")
+            }
             Self::Transform(Transform { rotation, translation, scale }) => {
                 let given = [("rotation", rotation), ("translation", translation), ("scale", scale)];
                 let given = given.iter().filter_map(|(name, value)| value.map(|x| format!("{name}={x}")));
@@ -181,6 +232,13 @@ impl fmt::Display for Attack {
                 if given.is_empty() { Ok(()) } else { write!(f, ":{}", given.join(",")) }
             }
             Self::Simplify { ratio } => write!(f, "simplify:ratio={ratio}"),
+            Self::Subdivide(Subdivision { scheme, iterations }) => {
+                write!(f, "subdivide:scheme={scheme},iterations={iterations}")
+            }
+            Self::Remesh(Remeshing { length, iterations }) => {
+                write!(f, "remesh:length={length},iterations={iterations}")
+            }
+            Self::Isosurface { resolution } => write!(f, "isosurface:resolution={resolution}"),
             Self::Watermark(SecondMark { parameters }) => {
                 let (basis, epsilon) = (parameters.basis, parameters.epsilon);
                 write!(
@@ -208,7 +266,15 @@ mod tests {
             "smooth:iterations=3,lambda=0.5,mu=-0.53",
             "transform",
             "transform:rotation=30,scale=2",
+            "laplacian:iterations=5,lambda=0.2",
+            "quantize:bits=9",
+            "affine:strength=0.5",
+            "projective:strength=0.25",
+            "ffd:strength=0.02,lattice=5",
             "simplify:ratio=0.125",
+            "subdivide:scheme=midpoint,iterations=2",
+            "remesh:length=1.5,iterations=3",
+            "isosurface:resolution=128",
             "watermark:epsilon=0.02,coefficients=20,basis=hat",
             "crop:fraction=0.333",
         ] {
@@ -216,6 +282,11 @@ mod tests {
         }
         assert_eq!("smooth".parse(), Ok(Attack::Smooth(Smoothing::default())));
         assert_eq!("watermark".parse(), Ok(Attack::Watermark(SecondMark::default())));
+        assert_eq!("laplacian".parse(), Ok(Attack::Laplacian(Laplacian { iterations: 10, lambda: 0.1 })));
+        let full = |spec: &str| spec.parse::<Attack>().map(|attack| attack.to_string());
+        assert_eq!(full("ffd:strength=0.1").as_deref(), Ok("ffd:strength=0.1,lattice=4"));
+        assert_eq!(full("subdivide:scheme=loop").as_deref(), Ok("subdivide:scheme=loop,iterations=1"));
+        assert_eq!(full("remesh:length=1").as_deref(), Ok("remesh:length=1,iterations=5"));
     }
 
     #[test]
@@ -229,9 +300,29 @@ mod tests {
         assert!(error("crop:part=1").contains("fraction"));
         assert!(error("reorder:seed=1").contains("takes none"));
         assert!(error("smooth:iterations=-1").contains("a whole number"));
+        assert!(error("quantize").contains("quantize:bits=10"));
+        assert!(error("quantize:bits=8.5").contains("a whole number"));
+        assert!(error("subdivide").contains("subdivide:scheme=loop"));
+        assert!(error("subdivide:scheme=butterfly").contains("midpoint or loop"));
+        assert!(error("isosurface:resolution=64,margin=2").contains("takes resolution"));
     }
 
     proptest! {
+        #[test]
+        fn numbers_come_back_as_they_were(x in prop::num::f64::NORMAL, n in any::<u32>(), which in 0usize..8) {
+            let spec = [
+                format!("laplacian:iterations={n},lambda={x}"),
+                format!("quantize:bits={n}"),
+                format!("affine:strength={x}"),
+                format!("projective:strength={x}"),
+                format!("ffd:strength={x},lattice={n}"),
+                format!("subdivide:scheme=loop,iterations={n}"),
+                format!("remesh:length={x},iterations={n}"),
+                format!("isosurface:resolution={n}"),
+            ][which].clone();
+            prop_assert_eq!(spec.parse::<Attack>().map(|a| a.to_string()), Ok(spec));
+        }
+
         #[test]
         fn any_text_is_an_attack_or_an_error(text in ".{0,40}") {
             if let Ok(attack) = text.parse::<Attack>() {

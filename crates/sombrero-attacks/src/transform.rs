@@ -56,7 +56,7 @@ pub fn random_similarity<R: Rng + ?Sized>(
 }
 
 /// All rotations equally likely: an even draw from the four-dimensional ball, as a quaternion.
-fn random_rotation<R: Rng + ?Sized>(rng: &mut R) -> UnitQuaternion<f64> {
+pub(crate) fn random_rotation<R: Rng + ?Sized>(rng: &mut R) -> UnitQuaternion<f64> {
     loop {
         let [w, i, j, k] = std::array::from_fn(|_| 2.0 * rng.random::<f64>() - 1.0);
         let q = Quaternion::new(w, i, j, k);

@@ -8,10 +8,10 @@
 //! functions are independent, and being n they are a basis of all functions on the n vertices. A proptest
 //! beside this code checks it.
 
-use crate::BasisFunction;
 use crate::magnitude::{magnitudes, most_significant};
 use crate::radius::radii;
 use crate::support::{Marks, Outline, Support, outlines};
+use crate::{Amplitudes, BasisFunction};
 use nalgebra::{Point3, Vector3};
 use nalgebra_sparse::CscMatrix;
 use rayon::prelude::*;
@@ -27,11 +27,13 @@ pub struct BasisOptions {
     pub coefficients: usize,
     /// Their profile. Default sombrero.
     pub function: BasisFunction,
+    /// How the functions share the mark's energy. Default the paper's.
+    pub amplitudes: Amplitudes,
 }
 
 impl Default for BasisOptions {
     fn default() -> Self {
-        Self { coefficients: 50, function: BasisFunction::default() }
+        Self { coefficients: 50, function: BasisFunction::default(), amplitudes: Amplitudes::default() }
     }
 }
 
@@ -68,6 +70,8 @@ pub struct Function {
     pub height: f64,
     /// d_i, of unit length: the direction in which the coefficient moves vertices.
     pub direction: Vector3<f64>,
+    /// a_i, in model units: how far coefficient 1 moves the centre at epsilon = 1. The paper's is h_i.
+    pub amplitude: f64,
 }
 
 impl Basis {
@@ -90,11 +94,15 @@ impl Basis {
         }
         let outlines = outlines(progressive, &splits);
         let columns = columns(progressive, points, &outlines, options.function);
-        let functions = outlines.iter().map(|o| Function {
+        let energy = |column: &Column| column.iter().map(|(_, phi)| phi * phi).sum::<f64>();
+        let heights: Vec<f64> = outlines.iter().map(|o| all[o.split].height).collect();
+        let amplitudes = options.amplitudes.of(&heights, &columns.iter().map(energy).collect::<Vec<_>>());
+        let functions = outlines.iter().zip(amplitudes).map(|(o, amplitude)| Function {
             centre: o.centre,
             split: o.split,
             height: all[o.split].height,
             direction: all[o.split].direction,
+            amplitude,
         });
         Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect() })
     }
@@ -120,12 +128,12 @@ impl Basis {
         &self.functions
     }
 
-    /// h_i d_i: how far coefficient i = 1 moves its centre at epsilon = 1.
+    /// a_i d_i: where coefficient i = 1 moves its centre at epsilon = 1, in model units.
     pub fn step(&self, i: usize) -> Vector3<f64> {
-        self.functions[i].direction * self.functions[i].height
+        self.functions[i].direction * self.functions[i].amplitude
     }
 
-    /// B w with B = ε [φ_i h_i d_i]: one displacement for each vertex, in model units.
+    /// B w with B = ε [φ_i a_i d_i]: one displacement for each vertex, in model units.
     ///
     /// # Panics
     /// When `w` does not have one entry for each function.
@@ -169,7 +177,7 @@ impl Basis {
         Self { values: compressed(points, &columns), functions: self.functions.clone() }
     }
 
-    /// SHA-256 over everything that insertion and extraction depend on: sizes, centres, heights, directions
+    /// SHA-256 over everything that insertion and extraction depend on: sizes, centres, amplitudes, directions
     /// and every value of Φ, to the bit.
     pub fn digest(&self) -> [u8; 32] {
         let mut hash = Sha256::new();
@@ -178,7 +186,7 @@ impl Basis {
         number(self.values.ncols() as u64);
         for (function, column) in self.functions.iter().zip(self.values.col_iter()) {
             number(function.centre.index() as u64);
-            number(function.height.to_bits());
+            number(function.amplitude.to_bits());
             function.direction.iter().for_each(|x| number(x.to_bits()));
             number(column.nnz() as u64);
             for (&row, &phi) in column.row_indices().iter().zip(column.values()) {

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod amplitude;
 mod basis;
 mod function;
 
@@ -7,5 +8,6 @@ pub mod magnitude;
 pub mod radius;
 pub mod support;
 
+pub use amplitude::{Amplitudes, UnknownAmplitudes};
 pub use basis::{Basis, BasisError, BasisOptions, Function};
 pub use function::{BasisFunction, UnknownFunction};

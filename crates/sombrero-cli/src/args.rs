@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use sombrero::attacks::Attack;
 use sombrero::basis::BasisFunction;
+use sombrero::watermark::Preset;
 use std::path::PathBuf;
 
 /// Prove whose a 3D model is: invisible, robust watermarks in the shape of triangle meshes.
@@ -38,9 +39,13 @@ pub(crate) enum Command {
     #[command(
         after_help = "Example: sombrero attack marked.obj -o noisy.obj noise:amplitude=0.002 smooth:iterations=10\n\
         Attacks: none, reorder, noise:amplitude=A, smooth:iterations=N,lambda=L,mu=M,\n\
-        transform:rotation=DEGREES,translation=T,scale=S, simplify:ratio=R,\n\
+        laplacian:iterations=N,lambda=L, quantize:bits=B,\n\
+        transform:rotation=DEGREES,translation=T,scale=S, affine:strength=S, projective:strength=S,\n\
+        ffd:strength=S,lattice=N, simplify:ratio=R, subdivide:scheme=midpoint|loop,iterations=N,\n\
+        remesh:length=L,iterations=N, isosurface:resolution=N,\n\
         watermark:epsilon=E,coefficients=N,basis=B, crop:fraction=F.\n\
-        Lengths are fractions of the largest side of the bounding box."
+        Lengths are fractions of the largest side of the bounding box; that of remesh is a multiple of\n\
+        the mean edge length."
     )]
     Attack(AttackArgs),
     /// Measure how far two meshes are apart.
@@ -79,15 +84,19 @@ pub(crate) struct Embed {
     /// Whose copy it is.
     #[arg(long, value_name = "TEXT", default_value = "")]
     pub(crate) recipient: String,
-    /// How many coefficients carry the mark.
-    #[arg(long, value_name = "N", default_value_t = 50)]
-    pub(crate) coefficients: usize,
-    /// Strength of the mark.
-    #[arg(long, value_name = "E", default_value_t = 0.01, allow_negative_numbers = true, value_parser = finite)]
-    pub(crate) epsilon: f64,
-    /// Basis function: sombrero, derby or hat.
-    #[arg(long, value_name = "NAME", default_value_t = BasisFunction::Sombrero)]
-    pub(crate) basis: BasisFunction,
+    /// What the mark is made of: robust (200 coefficients that share the energy) or paper (the paper's 50). Both
+    /// move vertices equally far on average.
+    #[arg(long, value_name = "NAME", default_value_t = Preset::default())]
+    pub(crate) preset: Preset,
+    /// How many coefficients carry the mark. Default: the preset's, or fewer on a small mesh.
+    #[arg(long, value_name = "N")]
+    pub(crate) coefficients: Option<usize>,
+    /// Strength of the mark. Default: 0.01.
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) epsilon: Option<f64>,
+    /// Basis function: sombrero, derby or hat. Default: sombrero.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) basis: Option<BasisFunction>,
     /// A file with the secret, 64 hexadecimal digits. Default: a new one from the operating system.
     #[arg(long, value_name = "FILE")]
     pub(crate) secret_file: Option<PathBuf>,

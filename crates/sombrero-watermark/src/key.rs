@@ -4,32 +4,17 @@
 //! and w itself, so that a key can be read without this program; [`Key::check`] derives w again and tells
 //! whether the file was edited.
 
+use crate::Parameters;
 use crate::sequence::{Identity, Secret, watermark};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use sombrero_basis::{Basis, BasisFunction, BasisOptions};
+use sombrero_basis::{Amplitudes, Basis, BasisFunction, BasisOptions};
 use thiserror::Error;
 
 const FORMAT: &str = "sombrero-key";
 const VERSION: u32 = 1;
 /// Nobody needs more, and a hostile key file shall not make us allocate.
 const MOST_COEFFICIENTS: usize = 1_000_000;
-
-/// How a mark is made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parameters {
-    /// m and the profile of the basis functions.
-    pub basis: BasisOptions,
-    /// ε, the strength: coefficient 1 moves its centre by ε times the height of its vertex split.
-    pub epsilon: f64,
-}
-
-impl Default for Parameters {
-    /// The paper's: 50 coefficients, sombrero, ε = 0.01.
-    fn default() -> Self {
-        Self { basis: BasisOptions::default(), epsilon: 0.01 }
-    }
-}
 
 /// A key that has been read or made.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,28 +102,36 @@ struct File {
     coefficients: usize,
     epsilon: f64,
     basis: String,
+    /// Keys that do not say are the paper's.
+    #[serde(default = "paper_amplitudes")]
+    amplitudes: String,
     original_sha256: String,
     basis_sha256: String,
     secret: String,
     watermark: Vec<f64>,
 }
 
+fn paper_amplitudes() -> String {
+    Amplitudes::Heights.to_string()
+}
+
 impl Key {
-    /// Makes the key for marking the file with these `original` bytes by `basis`.
+    /// Makes the key for marking the file with these `original` bytes by `basis`, which was built with these
+    /// `parameters`. (As many coefficients are noted as the basis has functions.)
     pub fn new(
         original: &[u8],
         identity: Identity,
         secret: Secret,
-        epsilon: f64,
-        function: BasisFunction,
+        parameters: &Parameters,
         basis: &Basis,
     ) -> Self {
         let coefficients = basis.functions().len();
+        let epsilon = parameters.epsilon;
         Self {
             watermark: watermark(original, &identity, &secret, coefficients),
             identity,
             secret,
-            parameters: Parameters { basis: BasisOptions { coefficients, function }, epsilon },
+            parameters: Parameters { basis: BasisOptions { coefficients, ..parameters.basis }, epsilon },
             original_sha256: Sha256::digest(original).into(),
             basis_sha256: matrix_digest(basis, epsilon),
         }
@@ -173,6 +166,7 @@ impl Key {
             coefficients: self.parameters.basis.coefficients,
             epsilon: self.parameters.epsilon,
             basis: self.parameters.basis.function.to_string(),
+            amplitudes: self.parameters.basis.amplitudes.to_string(),
             original_sha256: hex::encode(self.original_sha256),
             basis_sha256: hex::encode(self.basis_sha256),
             secret: self.secret.to_hex(),
@@ -243,13 +237,15 @@ impl TryFrom<File> for Key {
             Ok(bytes)
         };
         let function = file.basis.parse::<BasisFunction>().map_err(|e| wrong("basis", e.to_string()))?;
+        let amplitudes =
+            file.amplitudes.parse::<Amplitudes>().map_err(|e| wrong("amplitudes", e.to_string()))?;
         Ok(Self {
             original_sha256: hash("original_sha256", &file.original_sha256)?,
             basis_sha256: hash("basis_sha256", &file.basis_sha256)?,
             secret: Secret::from_hex(&file.secret).map_err(|e| wrong("secret", e.to_string()))?,
             identity: Identity { owner: file.owner, recipient: file.recipient },
             parameters: Parameters {
-                basis: BasisOptions { coefficients: m, function },
+                basis: BasisOptions { coefficients: m, function, amplitudes },
                 epsilon: file.epsilon,
             },
             watermark: file.watermark,
@@ -260,6 +256,7 @@ impl TryFrom<File> for Key {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Preset;
     use sombrero_mesh::{repair, shapes};
     use sombrero_progressive::ProgressiveMesh;
 
@@ -272,13 +269,21 @@ mod tests {
 
     fn key() -> Key {
         let identity = Identity { owner: "Alice, \"2026\"".into(), recipient: "№ 7".into() };
-        Key::new(b"file", identity, Secret([9; 32]), 0.01, BasisFunction::Sombrero, &basis(5))
+        Key::new(b"file", identity, Secret([9; 32]), &Preset::Paper.parameters(), &basis(5))
     }
 
     #[test]
     fn a_key_survives_its_file_to_the_bit() {
         let key = key();
         assert_eq!(Key::from_json(key.to_json().as_bytes()), Ok(key));
+    }
+
+    #[test]
+    fn a_key_that_does_not_say_how_the_energy_is_shared_is_the_papers() {
+        let key = key();
+        let older = key.to_json().replacen("  \"amplitudes\": \"heights\",\n", "", 1);
+        assert!(!older.contains("amplitudes"));
+        assert_eq!(Key::from_json(older.as_bytes()), Ok(key));
     }
 
     #[test]
@@ -323,6 +328,10 @@ mod tests {
         assert!(matches!(
             refused("\"basis\": \"sombrero\"", "\"basis\": \"cap\""),
             KeyError::Field { field: "basis", .. }
+        ));
+        assert!(matches!(
+            refused("\"amplitudes\": \"heights\"", "\"amplitudes\": \"widths\""),
+            KeyError::Field { field: "amplitudes", .. }
         ));
         assert!(matches!(refused("0909", "09"), KeyError::Field { field: "secret", .. }));
         assert!(matches!(refused("\"owner\"", "\"owners\""), KeyError::Syntax { .. }));

@@ -2,8 +2,10 @@
 
 mod embedding;
 mod key;
+mod parameters;
 mod sequence;
 
 pub use embedding::{Distortion, embed};
-pub use key::{Key, KeyError, Mismatch, Parameters};
+pub use key::{Key, KeyError, Mismatch};
+pub use parameters::{Parameters, Preset, UnknownPreset};
 pub use sequence::{Identity, Secret, SecretError, watermark};

@@ -4,7 +4,7 @@ use crate::Model;
 use crate::timing::Stages;
 use nalgebra::Point3;
 use serde::Serialize;
-use sombrero_basis::{Basis, BasisError};
+use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_extraction::{ExtractError, extract};
 use sombrero_io::{Document, ParseError, WriteError};
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
@@ -16,9 +16,15 @@ use thiserror::Error;
 pub struct EmbedOptions {
     /// Coefficients, basis function and ε.
     pub parameters: Parameters,
+    /// Take fewer coefficients, 50 at least, when the mesh cannot carry as many. Otherwise that is an
+    /// error. Default: no.
+    pub fewer_if_small: bool,
     /// Whose mark it is.
     pub identity: Identity,
 }
+
+/// With fewer coefficients than the paper's a mark is too easily lost to be made without being asked for.
+const FEWEST: usize = 50;
 
 /// A marked copy.
 #[derive(Debug, Clone)]
@@ -142,9 +148,14 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
     if model.repaired().mesh.face_count() == 0 {
         return Err(EmbedError::NoFaces);
     }
-    let basis = seconds.time("basis", || model.basis(&basis_options))?;
+    let basis = seconds.time("basis", || match model.basis(&basis_options) {
+        Err(BasisError::TooFewSplits { available, .. }) if options.fewer_if_small && available >= FEWEST => {
+            model.basis(&BasisOptions { coefficients: available, ..basis_options })
+        }
+        basis => basis,
+    })?;
     let identity = options.identity.clone();
-    let key = Key::new(original.bytes(), identity, secret, epsilon, basis_options.function, &basis);
+    let key = Key::new(original.bytes(), identity, secret, &options.parameters, &basis);
     let (bytes, moved) = seconds.time("insert", || {
         let points = insert(&model.soup().points, &basis, &key.watermark, epsilon);
         let bytes = original.with_points(&model.stored_from_points(&points))?;
@@ -157,7 +168,7 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
     let report = EmbedReport {
         vertices: original.points().len(),
         faces: original.triangles().len(),
-        coefficients: basis_options.coefficients,
+        coefficients: key.watermark.len(),
         epsilon,
         basis: basis_options.function.to_string(),
         distortion: distortion(&model, &moved),

@@ -13,7 +13,7 @@ use sombrero::mesh::Soup;
 use sombrero::progressive::ProgressiveMesh;
 use sombrero::registration::{Reference, RegisterOptions, register};
 use sombrero::resampling::{ResampleOptions, resample};
-use sombrero::watermark::{Identity, Parameters, Secret, embed, watermark};
+use sombrero::watermark::{Identity, Preset, Secret, embed, watermark};
 use std::path::Path;
 use std::time::Instant;
 
@@ -51,7 +51,7 @@ pub(crate) fn measure(folder: &Path, model: &Model) -> anyhow::Result<Times> {
     let basis = Basis::new(&mut progressive, &made.points, &BasisOptions::default())?;
     let basis = basis.on_points(&made.source, points.len());
     lap(&mut clock);
-    let epsilon = Parameters::default().epsilon;
+    let epsilon = Preset::Paper.parameters().epsilon;
     let w = watermark(document.bytes(), &Identity::default(), &Secret([0; 32]), basis.functions().len());
     let marked = embed(points, &basis, &w, epsilon);
     lap(&mut clock);

@@ -9,7 +9,7 @@ use sombrero::attacks::{Attack, apply_all};
 use sombrero::basis::{BasisFunction, BasisOptions};
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
-use sombrero::watermark::{Distortion, Identity, Key, Parameters, Secret, embed};
+use sombrero::watermark::{Distortion, Identity, Key, Parameters, Preset, Secret, embed};
 use sombrero::{DetectOptions, Prepared, Step, Suspect};
 use std::path::Path;
 use std::time::Instant;
@@ -47,10 +47,11 @@ impl Marked {
     ) -> anyhow::Result<Self> {
         let document = Document::read(&folder.join(model.file)).context("run `cargo xtask models` first")?;
         let surface = sombrero::Model::new(&document.soup());
-        let Parameters { basis: usual, epsilon } = Parameters::default();
-        let basis = surface.basis(&BasisOptions { function, ..usual })?;
+        let Parameters { basis: usual, epsilon } = Preset::Paper.parameters();
+        let parameters = Parameters { basis: BasisOptions { function, ..usual }, epsilon };
+        let basis = surface.basis(&parameters.basis)?;
         let secret = Secret([u8::try_from(seed).context("at most 256 seeds")?; 32]);
-        let key = Key::new(document.bytes(), Identity::default(), secret, epsilon, function, &basis);
+        let key = Key::new(document.bytes(), Identity::default(), secret, &parameters, &basis);
         let Soup { points, triangles } = surface.soup();
         let marked = embed(points, &basis, &key.watermark, epsilon);
         let Distortion { max, rms } = Distortion::between(points, &marked);

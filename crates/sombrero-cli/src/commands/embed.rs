@@ -27,10 +27,8 @@ pub(crate) fn run(args: &Embed) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("marking {}", args.input.display()));
     let original = Document::read(&args.input)?;
     let options = EmbedOptions {
-        parameters: Parameters {
-            basis: BasisOptions { coefficients: args.coefficients, function: args.basis },
-            epsilon: args.epsilon,
-        },
+        parameters: parameters(args),
+        fewer_if_small: args.coefficients.is_none(),
         identity: Identity { owner: args.owner.clone(), recipient: args.recipient.clone() },
     };
     let marked = embed(&original, secret, &options).map_err(|e| Failure::about("mesh", &args.input, &e))?;
@@ -42,6 +40,19 @@ pub(crate) fn run(args: &Embed) -> Result<Answer, Failure> {
     write_together(&outputs, files::overwrite(args.force))?;
     let [output, key] = [&args.output, &args.key].map(|path| path.display().to_string());
     Answer::new(text(args, &marked.report), &Report { output, key, report: &marked.report })
+}
+
+/// The preset's, as far as nothing else was asked for.
+fn parameters(args: &Embed) -> Parameters {
+    let Parameters { basis, epsilon } = args.preset.parameters();
+    Parameters {
+        basis: BasisOptions {
+            coefficients: args.coefficients.unwrap_or(basis.coefficients),
+            function: args.basis.unwrap_or(basis.function),
+            ..basis
+        },
+        epsilon: args.epsilon.unwrap_or(epsilon),
+    }
 }
 
 fn text(args: &Embed, report: &EmbedReport) -> String {
