@@ -1,11 +1,11 @@
 //! The battery: every attack by name, alone or one after the other.
 
 use crate::affine::affine;
-use crate::crop::crop;
+use crate::crop::{crop, crop_vertices};
 use crate::ffd::{FreeForm, free_form};
 use crate::isosurface::isosurface;
 use crate::laplacian::{Laplacian, laplacian};
-use crate::noise::noise;
+use crate::noise::{coordinate_noise, noise};
 use crate::projective::projective;
 use crate::quantize::quantize;
 use crate::remesh::{Remeshing, remesh};
@@ -31,6 +31,11 @@ pub enum Attack {
     /// A random vector for each vertex, no longer than `amplitude` times the largest bounding-box side.
     Noise {
         /// Fraction of the largest side.
+        amplitude: f64,
+    },
+    /// Each coordinate by at most `amplitude` times the mean distance of the vertices from their centre.
+    CoordinateNoise {
+        /// Fraction of the mean distance.
         amplitude: f64,
     },
     /// Taubin's filter.
@@ -76,6 +81,11 @@ pub enum Attack {
     Crop {
         /// Fraction of the box's x side.
         fraction: f64,
+    },
+    /// Drops the `share` of the vertices that lie furthest to the right.
+    CropVertices {
+        /// Fraction of the vertices.
+        share: f64,
     },
 }
 
@@ -156,6 +166,10 @@ pub fn apply<R: Rng + ?Sized>(attack: &Attack, soup: &Soup, rng: &mut R) -> Resu
             let side = soup.bounding_box().map_or(0.0, |b| b.largest_side());
             Ok(moved(noise(&soup.points, amplitude * side, rng)))
         }
+        Attack::CoordinateNoise { amplitude } => {
+            in_range("amplitude", *amplitude, (0.0, 10.0), "between 0 and 10")?;
+            Ok(moved(coordinate_noise(&soup.points, &soup.used(), *amplitude, rng)))
+        }
         Attack::Smooth(smoothing) => {
             in_range("lambda", smoothing.lambda, (0.0, 1.0), "between 0 and 1")?;
             in_range("mu", smoothing.mu, (-2.0, 0.0), "between -2 and 0")?;
@@ -187,6 +201,10 @@ pub fn apply<R: Rng + ?Sized>(attack: &Attack, soup: &Soup, rng: &mut R) -> Resu
         Attack::Crop { fraction } => {
             in_range("fraction", *fraction, (0.0, 1.0), "between 0 and 1")?;
             crop(soup, *fraction)
+        }
+        Attack::CropVertices { share } => {
+            in_range("vertices", *share, (0.0, 1.0), "between 0 and 1")?;
+            crop_vertices(soup, *share)
         }
     }
 }
@@ -227,7 +245,8 @@ mod tests {
     fn battery() -> Vec<Attack> {
         let specs = "none reorder noise:amplitude=0.01 smooth transform simplify:ratio=0.5 watermark crop:fraction=0.333 \
             laplacian quantize:bits=8 affine:strength=0.5 projective:strength=0.5 ffd:strength=0.1 \
-            subdivide:scheme=midpoint subdivide:scheme=loop remesh:length=1.5 isosurface:resolution=16";
+            subdivide:scheme=midpoint subdivide:scheme=loop remesh:length=1.5 isosurface:resolution=16 \
+            coordinate-noise:amplitude=0.01 crop:vertices=0.3";
         specs.split_whitespace().map(|s| s.parse().unwrap()).collect()
     }
 
@@ -235,7 +254,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(48))]
 
         #[test]
-        fn every_sequence_leaves_a_mesh_with_known_sources(order in prop::collection::vec(0usize..17, 1..5), seed in any::<u64>()) {
+        fn every_sequence_leaves_a_mesh_with_known_sources(order in prop::collection::vec(0usize..19, 1..5), seed in any::<u64>()) {
             let soup = shapes::bumpy_sphere(700);
             let attacks: Vec<Attack> = order.iter().map(|&i| battery()[i]).collect();
             let run = || apply_all(&attacks, &soup, &mut ChaCha8Rng::seed_from_u64(seed));

@@ -3,6 +3,20 @@
 use crate::attack::{AttackError, Attacked};
 use sombrero_mesh::Soup;
 
+/// Drops the `share` of the used vertices that lie furthest to the right, as the benchmark of Wang et al. (2010)
+/// counts; with them the faces that lose a corner, and the vertices that no face uses any more.
+///
+/// # Errors
+/// [`AttackError::NothingLeft`] when no face is left.
+pub fn crop_vertices(soup: &Soup, share: f64) -> Result<Attacked, AttackError> {
+    let used = soup.points.iter().zip(soup.used()).filter(|(_, used)| *used);
+    let mut across: Vec<f64> = used.map(|(p, _)| p.x).collect();
+    across.sort_by(f64::total_cmp);
+    let kept = ((1.0 - share) * across.len() as f64).round() as usize;
+    let limit = kept.checked_sub(1).and_then(|last| across.get(last)).ok_or(AttackError::NothingLeft)?;
+    cut(soup, *limit)
+}
+
 /// Drops the vertices whose x lies in the right `fraction` of the bounding box, the faces that lose a
 /// corner, and the vertices that no face uses any more.
 ///
@@ -10,7 +24,11 @@ use sombrero_mesh::Soup;
 /// [`AttackError::NothingLeft`] when no face is left.
 pub fn crop(soup: &Soup, fraction: f64) -> Result<Attacked, AttackError> {
     let bounds = soup.bounding_box().ok_or(AttackError::NothingLeft)?;
-    let limit = bounds.max.x - fraction * bounds.sides().x;
+    cut(soup, bounds.max.x - fraction * bounds.sides().x)
+}
+
+/// Leaves what lies at x up to `limit`.
+fn cut(soup: &Soup, limit: f64) -> Result<Attacked, AttackError> {
     let keeps = |v: u32| soup.points.get(v as usize).is_some_and(|p| p.x <= limit);
     let triangles: Vec<[u32; 3]> =
         soup.triangles.iter().copied().filter(|corners| corners.iter().all(|&v| keeps(v))).collect();
@@ -37,6 +55,17 @@ pub(crate) fn compacted(soup: Soup) -> Attacked {
 mod tests {
     use super::*;
     use sombrero_mesh::shapes;
+
+    #[test]
+    fn a_share_of_the_vertices_is_gone() {
+        let soup = shapes::bumpy_sphere(2000);
+        for share in [0.1, 0.3, 0.5] {
+            let left = crop_vertices(&soup, share).unwrap().soup.points.len() as f64 / 2000.0;
+            // Vertices that keep no face go too.
+            assert!((left - (1.0 - share)).abs() < 0.03, "{left} for {share}");
+        }
+        assert_eq!(crop_vertices(&soup, 1.0), Err(AttackError::NothingLeft));
+    }
 
     #[test]
     fn the_right_third_is_gone() {

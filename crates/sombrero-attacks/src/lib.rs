@@ -21,11 +21,11 @@ mod transform;
 
 pub use affine::affine;
 pub use attack::{Attack, AttackError, Attacked, apply, apply_all};
-pub use crop::crop;
+pub use crop::{crop, crop_vertices};
 pub use ffd::{FreeForm, free_form};
 pub use isosurface::isosurface;
 pub use laplacian::{Laplacian, laplacian};
-pub use noise::noise;
+pub use noise::{coordinate_noise, noise};
 pub use projective::projective;
 pub use quantize::quantize;
 pub use remesh::{Remeshing, remesh};

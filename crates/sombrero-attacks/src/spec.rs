@@ -1,6 +1,8 @@
 //! The mini-language of attacks: `name` or `name:parameter=value,parameter=value`.
 
 use crate::{Attack, FreeForm, Laplacian, Remeshing, SecondMark, Smoothing, Subdivision, Transform};
+use sombrero_basis::BasisOptions;
+use sombrero_watermark::Preset;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -11,7 +13,7 @@ use thiserror::Error;
 pub enum SpecError {
     /// No attack has this name.
     #[error(
-        "there is no attack `{name}`; known are none, reorder, noise, smooth, laplacian, quantize, transform, affine, \
+        "there is no attack `{name}`; known are none, reorder, noise, coordinate-noise, smooth, laplacian, quantize, transform, affine, \
          projective, ffd, simplify, subdivide, remesh, isosurface, watermark and crop"
     )]
     Name {
@@ -62,6 +64,7 @@ impl FromStr for Attack {
             "none" => Self::None,
             "reorder" => Self::Reorder,
             "noise" => Self::Noise { amplitude: given.required("amplitude", "0.002")? },
+            "coordinate-noise" => Self::CoordinateNoise { amplitude: given.required("amplitude", "0.001")? },
             "smooth" => Self::Smooth(given.smoothing()?),
             "laplacian" => Self::Laplacian(given.laplacian()?),
             "quantize" => Self::Quantize { bits: given.whole("bits", "10")? },
@@ -84,7 +87,10 @@ impl FromStr for Attack {
             }),
             "isosurface" => Self::Isosurface { resolution: given.whole("resolution", "128")? },
             "watermark" => Self::Watermark(given.second_mark()?),
-            "crop" => Self::Crop { fraction: given.required("fraction", "0.333")? },
+            "crop" => match given.number("vertices")? {
+                Some(share) => Self::CropVertices { share },
+                None => Self::Crop { fraction: given.required("fraction", "0.333")? },
+            },
             _ => return Err(SpecError::Name { name: name.to_owned() }),
         };
         given.nothing_left()?;
@@ -179,7 +185,8 @@ impl<'a> Given<'a> {
     }
 
     fn second_mark(&mut self) -> Result<SecondMark, SpecError> {
-        let mut mark = SecondMark::default();
+        let preset = self.parsed("preset", "paper or robust")?.unwrap_or(Preset::Paper);
+        let mut mark = SecondMark { parameters: preset.parameters() };
         let parameters = &mut mark.parameters;
         if let Some(epsilon) = self.number("epsilon")? {
             parameters.epsilon = epsilon;
@@ -212,6 +219,7 @@ impl fmt::Display for Attack {
             Self::None => f.write_str("none"),
             Self::Reorder => f.write_str("reorder"),
             Self::Noise { amplitude } => write!(f, "noise:amplitude={amplitude}"),
+            Self::CoordinateNoise { amplitude } => write!(f, "coordinate-noise:amplitude={amplitude}"),
             Self::Smooth(Smoothing { iterations, lambda, mu }) => {
                 write!(f, "smooth:iterations={iterations},lambda={lambda},mu={mu}")
             }
@@ -241,12 +249,15 @@ impl fmt::Display for Attack {
             Self::Isosurface { resolution } => write!(f, "isosurface:resolution={resolution}"),
             Self::Watermark(SecondMark { parameters }) => {
                 let (basis, epsilon) = (parameters.basis, parameters.epsilon);
+                let same = |preset: &&Preset| preset.parameters().basis.amplitudes == basis.amplitudes;
+                let preset = Preset::ALL.iter().find(same).copied().unwrap_or_default();
+                let BasisOptions { coefficients, function, .. } = basis;
                 write!(
                     f,
-                    "watermark:epsilon={epsilon},coefficients={},basis={}",
-                    basis.coefficients, basis.function
+                    "watermark:preset={preset},epsilon={epsilon},coefficients={coefficients},basis={function}"
                 )
             }
+            Self::CropVertices { share } => write!(f, "crop:vertices={share}"),
             Self::Crop { fraction } => write!(f, "crop:fraction={fraction}"),
         }
     }
@@ -275,8 +286,11 @@ mod tests {
             "subdivide:scheme=midpoint,iterations=2",
             "remesh:length=1.5,iterations=3",
             "isosurface:resolution=128",
-            "watermark:epsilon=0.02,coefficients=20,basis=hat",
+            "watermark:preset=paper,epsilon=0.02,coefficients=20,basis=hat",
             "crop:fraction=0.333",
+            "crop:vertices=0.3",
+            "coordinate-noise:amplitude=0.005",
+            "watermark:preset=robust,epsilon=0.02,coefficients=30,basis=derby",
         ] {
             assert_eq!(spec.parse::<Attack>().map(|a| a.to_string()).as_deref(), Ok(spec));
         }

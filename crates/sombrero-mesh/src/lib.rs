@@ -2,6 +2,7 @@
 
 mod collapse;
 mod ids;
+mod matching;
 mod mesh;
 mod sides;
 mod soup;
@@ -15,6 +16,7 @@ pub mod topology;
 
 pub use collapse::{Collapse, CollapseError};
 pub use ids::{EdgeId, FaceId, HalfedgeId, VertexId};
+pub use matching::{Matching, Matchings, match_connectivity};
 pub use mesh::{Mesh, TopologyError};
 pub use repair::repair;
 pub use soup::{BoundingBox, Soup};
