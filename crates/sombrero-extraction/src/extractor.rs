@@ -1,0 +1,182 @@
+//! The robust extraction: coefficients, standard errors, and everything else that was done to the shape, solved for
+//! together and with robust weights.
+
+use crate::nuisance::{Fields, Nuisance};
+use crate::smoothing;
+use crate::system::{Carrier, Solution};
+use nalgebra::{DMatrix, Point3, Vector3};
+use sombrero_basis::Basis;
+use sombrero_mesh::Soup;
+use sombrero_spatial::Surface;
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
+use thiserror::Error;
+
+/// An original that is ready for extraction from any number of suspects.
+#[derive(Debug, Clone)]
+pub struct Extractor {
+    pub(crate) original: Soup,
+    pub(crate) carrier: Carrier,
+    /// The largest side of the bounding box.
+    pub(crate) side: f64,
+    /// Edges with one face, smaller vertex first.
+    pub(crate) rims: BTreeSet<[u32; 2]>,
+    /// Prepared when the first suspect asks for it.
+    surface: OnceLock<Surface>,
+    modes: OnceLock<Vec<Vec<Vector3<f64>>>>,
+}
+
+/// What was found in one suspect.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Estimate {
+    /// w*, one entry for each basis function, in units of the watermark's standard deviation; 0 where the suspect
+    /// says nothing.
+    pub coefficients: Vec<f64>,
+    /// The standard error of each, if residuals were independent; infinite where the suspect says nothing.
+    pub standard_errors: Vec<f64>,
+    /// P, m × m: the inverse of the covariance of the errors of w*, 0 in directions that the suspect does not show.
+    pub precision: DMatrix<f64>,
+    /// Where each vertex of the original is, by this estimate, in the frame of the suspect as it was given: model
+    /// units. Also for vertices that the suspect does not have.
+    pub positions: Vec<Point3<f64>>,
+    /// Which vertices the suspect has.
+    pub present: Vec<bool>,
+    /// Root mean square of what the estimate leaves unexplained, outliers left out, in model units.
+    pub residual_rms: f64,
+    /// Share of the observations that were used with some weight, 0 to 1.
+    pub used: f64,
+    /// How many solves it took.
+    pub iterations: usize,
+    /// Whether the last one changed hardly anything.
+    pub converged: bool,
+}
+
+/// A question without an answer.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum EstimateError {
+    /// The basis belongs to another mesh.
+    #[error("the basis has {basis} vertices and the original {original}; both must be of the same mesh")]
+    Basis {
+        /// Rows of the basis.
+        basis: usize,
+        /// Points of the original.
+        original: usize,
+    },
+    /// Not one entry for each vertex of the original.
+    #[error(
+        "{found} vertices of the suspect were given for the original's {original}; give an entry for each"
+    )]
+    Lengths {
+        /// Entries given.
+        found: usize,
+        /// Points of the original.
+        original: usize,
+    },
+    /// A corner of a face, or a position, is not usable.
+    #[error(
+        "vertex {vertex} of the {which} is missing or has a coordinate that is not finite; repair the mesh"
+    )]
+    Vertex {
+        /// Original or suspect.
+        which: &'static str,
+        /// Its index.
+        vertex: usize,
+    },
+    /// There is no surface to look at.
+    #[error("the {which} has no face with an area; extraction needs a surface")]
+    NoArea {
+        /// Original or suspect.
+        which: &'static str,
+    },
+}
+
+impl Extractor {
+    /// `original` are the points and triangles that `basis` was built on; `epsilon` is the strength of the mark.
+    ///
+    /// # Errors
+    /// [`EstimateError`] when they do not belong together or the original has no surface.
+    pub fn new(basis: &Basis, epsilon: f64, original: &Soup) -> Result<Self, EstimateError> {
+        if basis.vertex_count() != original.points.len() {
+            let (basis, original) = (basis.vertex_count(), original.points.len());
+            return Err(EstimateError::Basis { basis, original });
+        }
+        check(&original.points, &original.triangles, "original")?;
+        let side = original.bounding_box().map_or(0.0, |b| b.largest_side());
+        if side <= 0.0 {
+            return Err(EstimateError::NoArea { which: "original" });
+        }
+        Ok(Self {
+            carrier: Carrier::new(basis, epsilon),
+            side,
+            rims: rims(&original.triangles),
+            original: original.clone(),
+            surface: OnceLock::new(),
+            modes: OnceLock::new(),
+        })
+    }
+
+    pub(crate) fn fields(&self, nuisance: Nuisance) -> Fields<'_> {
+        let modes = || self.modes.get_or_init(|| smoothing::modes(&self.original)).as_slice();
+        Fields::new(&self.original, nuisance.deformation, if nuisance.smoothing { modes() } else { &[] })
+    }
+
+    pub(crate) fn surface(&self) -> &Surface {
+        self.surface.get_or_init(|| Surface::new(&self.original.points, &self.original.triangles))
+    }
+
+    /// v + B w + N β.
+    pub(crate) fn positions(&self, fields: &Fields, solution: &Solution) -> Vec<Point3<f64>> {
+        let moved = |(v, p): (u32, &Point3<f64>)| {
+            p + self.carrier.displacement(v, &solution.w) + fields.displacement(v, solution.beta.as_slice())
+        };
+        (0..).zip(&self.original.points).map(moved).collect()
+    }
+}
+
+/// All corners exist and are finite.
+pub(crate) fn check(
+    points: &[Point3<f64>],
+    triangles: &[[u32; 3]],
+    which: &'static str,
+) -> Result<(), EstimateError> {
+    let usable = |v: u32| points.get(v as usize).is_some_and(|p| p.coords.iter().all(|x| x.is_finite()));
+    match triangles.iter().flatten().find(|&&v| !usable(v)) {
+        Some(&vertex) => Err(EstimateError::Vertex { which, vertex: vertex as usize }),
+        None => Ok(()),
+    }
+}
+
+fn rims(triangles: &[[u32; 3]]) -> BTreeSet<[u32; 2]> {
+    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]);
+    let mut edges: Vec<[u32; 2]> = triangles.iter().flat_map(sides).collect();
+    edges.sort_unstable();
+    let single = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
+    single.map(|same| same[0]).collect()
+}
+
+impl Estimate {
+    pub(crate) fn new(
+        solution: &Solution,
+        weights: &[f64],
+        variance: f64,
+        positions: Vec<Point3<f64>>,
+        present: Vec<bool>,
+        (iterations, converged): (usize, bool),
+    ) -> Self {
+        let answer = solution.answer();
+        let used = weights.iter().filter(|w| **w > 0.0).count();
+        Self {
+            coefficients: answer.coefficients,
+            standard_errors: answer.errors.iter().map(|e| e * variance.sqrt()).collect(),
+            precision: &solution.information / variance,
+            positions,
+            present,
+            residual_rms: variance.sqrt(),
+            used: used as f64 / weights.len().max(1) as f64,
+            iterations,
+            converged,
+        }
+    }
+}

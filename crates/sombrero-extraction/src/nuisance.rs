@@ -1,0 +1,235 @@
+//! What an attacker did to the shape beside hiding the mark: displacement fields that are solved for together with
+//! the coefficients, so that they are not mistaken for noise or for the mark.
+//!
+//! A nuisance is a linear combination N β of known fields over the original's vertices:
+//!
+//! ```text
+//! similarity   t + ω × x + s x                                      7 columns, to first order
+//! polynomial   Σ c_q ψ_q(x), ψ_q products of Legendre polynomials   3 for each of the polynomials below
+//!              affine       total degree ≤ 1                         4 · 3 = 12
+//!              quadratic    total degree ≤ 2                        10 · 3 = 30
+//!              cubic        total degree ≤ 3                        20 · 3 = 60
+//!              lattice      degree ≤ 3 in each coordinate           64 · 3 = 192
+//! smoothing    S_k v - v for a few filters S_k                       4 columns
+//! ```
+//!
+//! with x scaled to [-1, 1] over the bounding box. Affine maps are exact, a 4 × 4 × 4 lattice of Bézier control
+//! points (Sederberg and Parry 1986) too, projective maps to third order. This is the paper's open idea (section 7) of
+//! a scheme that free-form deformation does not reach.
+
+use nalgebra::{Point3, Vector3};
+use sombrero_mesh::{BoundingBox, Soup};
+
+/// The smooth deformations that are projected out. Each contains those before it (a similarity to first order).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Deformation {
+    /// Turning, moving and scaling, to first order: what a registration leaves.
+    Similarity,
+    /// Any affine map.
+    Affine,
+    /// Polynomials of total degree 2.
+    Quadratic,
+    /// Polynomials of total degree 3.
+    Cubic,
+    /// Polynomials of degree 3 in each coordinate: free-form deformation.
+    Lattice,
+}
+
+/// What is solved for beside the coefficients.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Nuisance {
+    /// Smooth deformations of space.
+    pub deformation: Deformation,
+    /// Whether the suspect may have been smoothed.
+    pub smoothing: bool,
+}
+
+impl Deformation {
+    /// Exponents of the Legendre polynomials in x, y and z for each scalar field.
+    fn exponents(self) -> Vec<[usize; 3]> {
+        let (total, each) = match self {
+            Self::Similarity | Self::Affine => (1, 1),
+            Self::Quadratic => (2, 2),
+            Self::Cubic => (3, 3),
+            Self::Lattice => (9, 3),
+        };
+        let all = (0..=each).flat_map(|i| (0..=each).flat_map(move |j| (0..=each).map(move |k| [i, j, k])));
+        let mut chosen: Vec<[usize; 3]> = all.filter(|e| e.iter().sum::<usize>() <= total).collect();
+        // The constant first, then x, y, z, as the similarity's columns expect.
+        chosen.sort_by_key(|&[i, j, k]| (i + j + k, [3 - i, 3 - j, 3 - k]));
+        chosen
+    }
+}
+
+/// The fields of one nuisance over the vertices of the original.
+#[derive(Debug, Clone)]
+pub(crate) struct Fields<'a> {
+    deformation: Deformation,
+    /// How many scalar fields there are.
+    scalars: usize,
+    /// ψ_q at each vertex, vertex by vertex.
+    values: Vec<f64>,
+    /// S_k v - v for each filter.
+    modes: &'a [Vec<Vector3<f64>>],
+}
+
+/// Scratch for one point's ψ: the lattice's 64.
+const MOST_SCALARS: usize = 64;
+
+impl<'a> Fields<'a> {
+    pub(crate) fn new(original: &Soup, deformation: Deformation, modes: &'a [Vec<Vector3<f64>>]) -> Self {
+        let exponents = deformation.exponents();
+        let frame = Frame::new(original, deformation == Deformation::Similarity);
+        let at = |p: &Point3<f64>| {
+            let x = frame.unit(p).map(legendre);
+            exponents.iter().map(move |&[i, j, k]| x[0][i] * x[1][j] * x[2][k]).collect::<Vec<f64>>()
+        };
+        Self {
+            deformation,
+            scalars: exponents.len(),
+            values: original.points.iter().flat_map(at).collect(),
+            modes,
+        }
+    }
+
+    /// How many columns N has.
+    pub(crate) fn columns(&self) -> usize {
+        let smooth = if self.deformation == Deformation::Similarity { 7 } else { 3 * self.scalars };
+        smooth + self.modes.len()
+    }
+
+    /// n · N at the point of a face with these weights: one row.
+    pub(crate) fn row(&self, corners: [u32; 3], weights: [f64; 3], n: &Vector3<f64>, row: &mut [f64]) {
+        let mut psi = [0.0; MOST_SCALARS];
+        for (&v, weight) in corners.iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
+            for (sum, value) in psi.iter_mut().zip(self.of_vertex(v)) {
+                *sum += weight * value;
+            }
+        }
+        let (smooth, modes) = row.split_at_mut(row.len() - self.modes.len());
+        if self.deformation == Deformation::Similarity {
+            let x = Vector3::new(psi[1], psi[2], psi[3]);
+            let turn = x.cross(n);
+            smooth.copy_from_slice(&[n.x, n.y, n.z, turn.x, turn.y, turn.z, x.dot(n)]);
+        } else {
+            for (out, psi) in smooth.chunks_exact_mut(3).zip(psi) {
+                out.iter_mut().zip(n.iter()).for_each(|(out, n)| *out = psi * n);
+            }
+        }
+        for (out, mode) in modes.iter_mut().zip(self.modes) {
+            *out = corners.iter().zip(weights).map(|(&v, weight)| mode[v as usize].dot(n) * weight).sum();
+        }
+    }
+
+    /// N β at a vertex, in model units.
+    pub(crate) fn displacement(&self, vertex: u32, beta: &[f64]) -> Vector3<f64> {
+        let psi = self.of_vertex(vertex);
+        let (smooth, modes) = beta.split_at(beta.len() - self.modes.len());
+        let shaken: Vector3<f64> = match smooth {
+            &[a, b, c, i, j, k, scale] if self.deformation == Deformation::Similarity => {
+                let x = Vector3::new(psi[1], psi[2], psi[3]);
+                Vector3::new(a, b, c) + Vector3::new(i, j, k).cross(&x) + x * scale
+            }
+            smooth => {
+                let terms = smooth.chunks_exact(3).zip(psi);
+                terms.map(|(c, psi)| Vector3::new(c[0], c[1], c[2]) * *psi).sum()
+            }
+        };
+        shaken
+            + modes.iter().zip(self.modes).map(|(b, mode)| mode[vertex as usize] * *b).sum::<Vector3<f64>>()
+    }
+
+    fn of_vertex(&self, vertex: u32) -> &[f64] {
+        &self.values[vertex as usize * self.scalars..][..self.scalars]
+    }
+}
+
+/// The bounding box as the cube [-1, 1]³; one scale for all axes where shape matters (similarity).
+struct Frame {
+    centre: Point3<f64>,
+    half: Vector3<f64>,
+}
+
+impl Frame {
+    fn new(original: &Soup, uniform: bool) -> Self {
+        let around = original.bounding_box();
+        let centre = around.map_or(Point3::origin(), |b| nalgebra::center(&b.min, &b.max));
+        let sides = around.map_or(Vector3::zeros(), |b: BoundingBox| b.sides());
+        let largest = if sides.max() > 0.0 { sides.max() / 2.0 } else { 1.0 };
+        // A flat box gets some depth, so that points of a copy beside it stay in range.
+        let half =
+            if uniform { Vector3::repeat(largest) } else { (sides / 2.0).map(|s| s.max(0.05 * largest)) };
+        Self { centre, half }
+    }
+
+    fn unit(&self, p: &Point3<f64>) -> [f64; 3] {
+        // Vertices without a face may lie anywhere; the fields say nothing about them.
+        (p - self.centre).component_div(&self.half).map(|x| x.clamp(-2.0, 2.0)).into()
+    }
+}
+
+/// P_0 to P_3 at x.
+fn legendre(x: f64) -> [f64; 4] {
+    [1.0, x, (3.0 * x * x - 1.0) / 2.0, (5.0 * x * x - 3.0) * x / 2.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::smoothing;
+    use sombrero_mesh::shapes;
+
+    const ALL: [(Deformation, usize); 5] = [
+        (Deformation::Similarity, 7),
+        (Deformation::Affine, 12),
+        (Deformation::Quadratic, 30),
+        (Deformation::Cubic, 60),
+        (Deformation::Lattice, 192),
+    ];
+
+    #[test]
+    fn columns_are_as_many_as_said() {
+        let soup = shapes::sphere(2);
+        for (deformation, columns) in ALL {
+            let modes = smoothing::modes(&soup);
+            let count = |modes| Fields::new(&soup, deformation, modes).columns();
+            assert_eq!((count(&[]), count(&modes)), (columns, columns + 4), "{deformation:?}");
+        }
+    }
+
+    /// The row of a vertex times β is n · (N β) there.
+    #[test]
+    fn rows_and_displacements_are_one_field() {
+        let soup = shapes::bumpy_sphere(200);
+        for (deformation, _) in ALL {
+            let modes = smoothing::modes(&soup);
+            let fields = Fields::new(&soup, deformation, &modes);
+            let beta: Vec<f64> = (0..fields.columns()).map(|i| (i as f64 * 0.7).sin()).collect();
+            let n = Vector3::new(0.3, -0.5, 0.8);
+            let t = soup.triangles[11];
+            let weights = [0.2, 0.5, 0.3];
+            let mut row = vec![0.0; fields.columns()];
+            fields.row(t, weights, &n, &mut row);
+            let by_row: f64 = row.iter().zip(&beta).map(|(a, b)| a * b).sum();
+            let moved: Vector3<f64> =
+                t.iter().zip(weights).map(|(&v, w)| fields.displacement(v, &beta) * w).sum();
+            assert!((by_row - n.dot(&moved)).abs() < 1e-12, "{deformation:?}");
+        }
+    }
+
+    /// A small rotation about any centre is in the span of the similarity's columns.
+    #[test]
+    fn a_small_similarity_is_in_the_span() {
+        let soup = shapes::part(2);
+        let fields = Fields::new(&soup, Deformation::Similarity, &[]);
+        let omega = Vector3::new(0.3, -0.2, 0.1);
+        let frame = Frame::new(&soup, true);
+        let turn = omega * frame.half.x;
+        let beta = [0.0, 0.0, 0.0, turn.x, turn.y, turn.z, 0.0];
+        for (v, p) in (0..).zip(&soup.points) {
+            let expected = omega.cross(&(p - frame.centre));
+            assert!((fields.displacement(v, &beta) - expected).norm() < 1e-12);
+        }
+    }
+}

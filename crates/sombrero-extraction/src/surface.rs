@@ -1,0 +1,225 @@
+//! Extraction when the suspect has another connectivity: points of its surface against the deforming original.
+//!
+//! Each of many points p spread over the suspect is projected onto the original as it stands after the last solve,
+//! v + B w + N β, to x with normal n. Only the component along n says something,
+//!
+//! ```text
+//! n · (B w + N β)(x) = n · (p - x₀),    x₀ the place of x on the undeformed original,
+//! ```
+//!
+//! so points may slide along the surface freely. Solving and projecting alternate until nothing changes. The
+//! projection goes from the suspect to the original because the suspect is the noisy one: noise then is an error of
+//! the observed offset, and not of the place that it belongs to.
+//!
+//! Left out are points whose nearest point lies on a rim of the original, that face the other way, that are much
+//! further away than most (parts that the suspect has and the original has not), and by the biweight those whose
+//! residual is an outlier.
+
+use crate::extractor::{Estimate, EstimateError, Extractor, check};
+use crate::nuisance::{Fields, Nuisance};
+use crate::robust::{GAUSSIAN, TUKEY, biweight, median};
+use crate::system::{Observation, Solution, solve};
+use nalgebra::{Point3, Vector3};
+use sombrero_mesh::Soup;
+use sombrero_spatial::{Closest, Surface, spread_samples};
+
+/// Points on the suspect for each vertex of the original, and the least and most of them.
+const SAMPLES_PER_VERTEX: usize = 2;
+const SAMPLES: [usize; 2] = [10_000, 60_000];
+/// The first iterations take about this many of them.
+const COARSE: usize = 10_000;
+/// Solves at most, on the few and on all points.
+const ITERATIONS: [usize; 2] = [14, 3];
+/// Converged when coefficients change by less than this (root mean square), in their standard deviations.
+const STILL: [f64; 2] = [4e-3, 1e-3];
+/// Points further away than this many medians belong to something else.
+const FAR: f64 = 6.0;
+/// Normals must agree to this cosine.
+const COMPATIBLE: f64 = 0.3;
+/// The least scale of residuals, in largest sides.
+const LEAST_SCALE: f64 = 1e-7;
+/// A vertex is present when the suspect is within [`FAR`] medians and this many largest sides.
+const PRESENT: f64 = 1e-4;
+
+impl Extractor {
+    /// `suspect` must have been brought onto the original: within about the size of the features that the mark
+    /// moves. `start`, an estimate with fewer nuisance columns, saves iterations.
+    ///
+    /// # Errors
+    /// [`EstimateError`] when a corner of the suspect is not usable, or it has no area.
+    pub fn from_surface(
+        &self,
+        suspect: &Soup,
+        nuisance: Nuisance,
+        start: Option<&Estimate>,
+    ) -> Result<Estimate, EstimateError> {
+        check(&suspect.points, &suspect.triangles, "suspect")?;
+        let count = (SAMPLES_PER_VERTEX * self.original.points.len()).clamp(SAMPLES[0], SAMPLES[1]);
+        let all = Points::new(suspect, count);
+        if all.places.is_empty() {
+            return Err(EstimateError::NoArea { which: "suspect" });
+        }
+        let few = Points::new(suspect, COARSE);
+        let fields = self.fields(nuisance);
+        let positions = start.map_or_else(|| self.original.points.clone(), |e| e.positions.clone());
+        let mut fit = Fit::new(self, &fields, positions);
+        let coarse = fit.iterate(&few, ITERATIONS[0], STILL[0]);
+        let (solution, converged) = fit.iterate(&all, ITERATIONS[1], STILL[1]);
+        let iterations = (fit.solves, coarse.1 && converged);
+        let present = self.present(suspect, &fit);
+        let variance = fit.variance.max((LEAST_SCALE * self.side).powi(2));
+        Ok(Estimate::new(&solution, &fit.weights, variance, fit.positions, present, iterations))
+    }
+
+    /// Which vertices, where they stand now, have the suspect beside them.
+    fn present(&self, suspect: &Soup, fit: &Fit) -> Vec<bool> {
+        let surface = Surface::new(&suspect.points, &suspect.triangles);
+        let reach = FAR * fit.distance + PRESENT * self.side;
+        let near = |c: Option<Closest>| c.is_some_and(|c| c.distance() <= reach);
+        let closest = surface.closest_many(&fit.positions);
+        closest.into_iter().zip(self.original.used()).map(|(c, used)| used && near(c)).collect()
+    }
+}
+
+/// Points spread over the suspect, with the normals of their faces.
+struct Points {
+    places: Vec<Point3<f64>>,
+    normals: Vec<Vector3<f64>>,
+    /// Vertices of the suspect for each point: what one observation counts.
+    weight: f64,
+}
+
+impl Points {
+    fn new(suspect: &Soup, count: usize) -> Self {
+        let samples = spread_samples(&suspect.points, &suspect.triangles, count);
+        let normal = |face: u32| normal(&suspect.points, suspect.triangles[face as usize]);
+        let places = samples.iter().filter_map(|s| s.point(&suspect.points, &suspect.triangles));
+        let used = suspect.used().iter().filter(|used| **used).count();
+        Self {
+            places: places.collect(),
+            normals: samples.iter().map(|s| normal(s.face)).collect(),
+            weight: used as f64 / count as f64,
+        }
+    }
+}
+
+/// Of unit length; zero for a face without area.
+fn normal(points: &[Point3<f64>], triangle: [u32; 3]) -> Vector3<f64> {
+    let [a, b, c] = triangle.map(|v| points[v as usize]);
+    (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()
+}
+
+/// The deforming original.
+struct Fit<'a> {
+    extractor: &'a Extractor,
+    fields: &'a Fields<'a>,
+    positions: Vec<Point3<f64>>,
+    surface: Surface,
+    /// Of the last solve.
+    weights: Vec<f64>,
+    variance: f64,
+    /// Median distance between the suspect's points and the original.
+    distance: f64,
+    solves: usize,
+}
+
+/// A point of the suspect and the original's point nearest to it.
+struct Pair {
+    observation: Observation,
+    /// n · (p - x).
+    residual: f64,
+    distance: f64,
+    usable: bool,
+}
+
+impl<'a> Fit<'a> {
+    fn new(extractor: &'a Extractor, fields: &'a Fields<'a>, positions: Vec<Point3<f64>>) -> Self {
+        let mut surface = extractor.surface().clone();
+        surface.refit(&positions);
+        Self {
+            extractor,
+            fields,
+            positions,
+            surface,
+            weights: Vec::new(),
+            variance: 0.0,
+            distance: 0.0,
+            solves: 0,
+        }
+    }
+
+    /// Projects and solves until coefficients change by less than `still`; whether they did.
+    fn iterate(&mut self, points: &Points, most: usize, still: f64) -> (Solution, bool) {
+        let mut closest = self.surface.closest_many(&points.places);
+        let mut solution = self.solve(points, &closest);
+        for _ in 1..most {
+            let faces: Vec<u32> = closest.iter().map(|c| c.map_or(u32::MAX, |c| c.face)).collect();
+            closest = self.surface.closest_many_from(&points.places, &faces);
+            let next = self.solve(points, &closest);
+            let change = (&next.w - &solution.w).norm() / (next.w.len().max(1) as f64).sqrt();
+            solution = next;
+            if change < still {
+                return (solution, true);
+            }
+        }
+        (solution, false)
+    }
+
+    fn solve(&mut self, points: &Points, closest: &[Option<Closest>]) -> Solution {
+        let extractor = self.extractor;
+        let pairs: Vec<Pair> =
+            (0..).zip(closest).filter_map(|(i, c)| c.map(|c| self.pair(points, i, &c))).collect();
+        self.weigh(&pairs, points.weight);
+        let observations: Vec<Observation> = pairs.iter().map(|p| p.observation).collect();
+        let scale = (self.variance.max((LEAST_SCALE * extractor.side).powi(2)), extractor.side);
+        let solution = solve(&extractor.carrier, self.fields, &observations, &self.weights, scale);
+        self.positions = extractor.positions(self.fields, &solution);
+        self.surface.refit(&self.positions);
+        self.solves += 1;
+        solution
+    }
+
+    fn pair(&self, points: &Points, i: usize, closest: &Closest) -> Pair {
+        let Extractor { original, rims, .. } = self.extractor;
+        let corners = original.triangles[closest.face as usize];
+        let weights = closest.barycentric;
+        let direction = normal(&self.positions, corners);
+        let start: Vector3<f64> =
+            corners.iter().zip(weights).map(|(&v, w)| original.points[v as usize].coords * w).sum();
+        let place = points.places[i];
+        let on_rim = || {
+            (0..3).any(|k| {
+                let [a, b] = [corners[k], corners[(k + 1) % 3]];
+                weights[(k + 2) % 3] < 1e-9 && rims.contains(&[a.min(b), a.max(b)])
+            })
+        };
+        let agrees = points.normals[i].dot(&direction) > COMPATIBLE;
+        Pair {
+            observation: Observation {
+                corners,
+                weights,
+                direction,
+                offset: direction.dot(&(place.coords - start)),
+            },
+            residual: direction.dot(&(place - closest.point)),
+            distance: closest.distance(),
+            usable: agrees && (rims.is_empty() || !on_rim()),
+        }
+    }
+
+    /// Weights of the pairs, and the variance of their residuals.
+    fn weigh(&mut self, pairs: &[Pair], each: f64) {
+        let least = LEAST_SCALE * self.extractor.side;
+        let of_usable =
+            |value: fn(&Pair) -> f64| median(pairs.iter().filter(|p| p.usable).map(value).collect());
+        self.distance = of_usable(|p| p.distance);
+        let width = TUKEY * (GAUSSIAN * of_usable(|p| p.residual.abs())).max(least);
+        let reach = (FAR * self.distance).max(least);
+        let weight = |p: &Pair| {
+            if p.usable && p.distance < reach { each * biweight(p.residual, width) } else { 0.0 }
+        };
+        self.weights = pairs.iter().map(weight).collect();
+        let squares: f64 = pairs.iter().zip(&self.weights).map(|(p, w)| w * p.residual * p.residual).sum();
+        self.variance = squares / self.weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    }
+}

@@ -1,0 +1,292 @@
+//! The normal equations of r = B w + N β, and their solution.
+//!
+//! Each observation is one scalar equation about a point of the original's surface, seen along one direction n:
+//!
+//! ```text
+//! n · (B w + N β)(x) = n · (p - x),      B(x) = Σ_c bary_c φ_i(v_c) ε a_i d_i,
+//! ```
+//!
+//! with x on a face, or a vertex. With weights W and A = [B N],
+//!
+//! ```text
+//! AᵀWA = | G  C |     AᵀW r = | b |      P = (G - C H⁻¹ Cᵀ) / s²,   P w* = (b - C H⁻¹ c) / s²
+//!        | Cᵀ H |             | c |
+//! ```
+//!
+//! eliminates β: P is the precision of w*, the inverse of the covariance of its errors for residuals of variance s².
+//! Both unknowns have weak priors while the fit is under way, so that what the suspect does not show stays 0: w is
+//! standard Gaussian, as every watermark is, and N β is of the order of a tenth of the model. The answer is w*
+//! without the prior.
+//!
+//! Matrices are multiplied by plain loops in a fixed order: the same bits on every machine, which a library that picks
+//! its instructions at run time does not give.
+
+use crate::nuisance::Fields;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen, Vector3};
+use nalgebra_sparse::CsrMatrix;
+use rayon::prelude::*;
+use sombrero_basis::Basis;
+
+/// Observations that one task sums up. The sums depend on it, so it is fixed.
+const CHUNK: usize = 8192;
+/// Rows of N that are kept at a time, four by four.
+const BLOCK: usize = 256;
+/// Standard deviation of N β beforehand, in units of the largest side.
+const DEFORMATION: f64 = 0.1;
+/// Eigenvalues of P below this share of the largest are undetermined directions.
+const RANK_TOLERANCE: f64 = 1e-10;
+
+/// One scalar equation.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Observation {
+    /// The face, or one vertex three times.
+    pub(crate) corners: [u32; 3],
+    /// Barycentric weights.
+    pub(crate) weights: [f64; 3],
+    /// n, of unit length.
+    pub(crate) direction: Vector3<f64>,
+    /// n · (p - x), in model units.
+    pub(crate) offset: f64,
+}
+
+/// B by rows: what the coefficients do to each vertex.
+#[derive(Debug, Clone)]
+pub(crate) struct Carrier {
+    rows: CsrMatrix<f64>,
+    /// ε a_i d_i.
+    steps: Vec<Vector3<f64>>,
+}
+
+/// w and β of one solve.
+#[derive(Debug, Clone)]
+pub(crate) struct Solution {
+    /// With the prior: for the next iteration.
+    pub(crate) w: DVector<f64>,
+    pub(crate) beta: DVector<f64>,
+    /// s² P.
+    pub(crate) information: DMatrix<f64>,
+    /// s² P w*.
+    pub(crate) score: DVector<f64>,
+}
+
+impl Carrier {
+    pub(crate) fn new(basis: &Basis, epsilon: f64) -> Self {
+        let steps = (0..basis.functions().len()).map(|i| basis.step(i) * epsilon).collect();
+        Self { rows: CsrMatrix::from(basis.values()), steps }
+    }
+
+    pub(crate) fn coefficients(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// (B w) at a vertex.
+    pub(crate) fn displacement(&self, vertex: u32, w: &DVector<f64>) -> Vector3<f64> {
+        let row = self.rows.row(vertex as usize);
+        row.col_indices().iter().zip(row.values()).map(|(&i, &phi)| self.steps[i] * (phi * w[i])).sum()
+    }
+
+    /// The entries of n · B at an observation into `sums`, where all else is 0, and their places into `places`.
+    fn row(&self, o: &Observation, sums: &mut [f64], places: &mut Vec<usize>) {
+        places.clear();
+        for (&v, weight) in o.corners.iter().zip(o.weights).filter(|(_, weight)| *weight != 0.0) {
+            let row = self.rows.row(v as usize);
+            for (&i, &phi) in row.col_indices().iter().zip(row.values()) {
+                places.push(i);
+                sums[i] += weight * phi;
+            }
+        }
+        places.sort_unstable();
+        places.dedup();
+        places.iter().for_each(|&i| sums[i] *= self.steps[i].dot(&o.direction));
+    }
+}
+
+/// Sums over observations: the lower triangles of AᵀWA, and AᵀWr; B's part first.
+struct Sums {
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
+}
+
+impl Sums {
+    fn new(columns: usize) -> Self {
+        Self { matrix: DMatrix::zeros(columns, columns), right: DVector::zeros(columns) }
+    }
+
+    fn of(carrier: &Carrier, fields: &Fields, observations: &[Observation], weights: &[f64]) -> Self {
+        let (m, k) = (carrier.coefficients(), fields.columns());
+        let chunks = observations.par_chunks(CHUNK).zip(weights.par_chunks(CHUNK));
+        let parts: Vec<Self> = chunks.map(|(o, w)| Self::of_chunk(carrier, fields, o, w)).collect();
+        parts.into_iter().fold(Self::new(m + k), |mut sum, part| {
+            sum.matrix += part.matrix;
+            sum.right += part.right;
+            sum
+        })
+    }
+
+    fn of_chunk(carrier: &Carrier, fields: &Fields, observations: &[Observation], weights: &[f64]) -> Self {
+        let (m, k) = (carrier.coefficients(), fields.columns());
+        let mut out = Self::new(m + k);
+        let (mut sums, mut places) = (vec![0.0; m], Vec::new());
+        let mut rows = Vec::with_capacity(BLOCK * k);
+        let mut nuisance = vec![0.0; k];
+        for (o, &weight) in observations.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+            fields.row(o.corners, o.weights, &o.direction, &mut nuisance);
+            carrier.row(o, &mut sums, &mut places);
+            out.add_sparse(&sums, &places, &nuisance, weight, o.offset);
+            places.iter().for_each(|&i| sums[i] = 0.0);
+            let root = weight.sqrt();
+            rows.extend(nuisance.iter().map(|x| x * root));
+            if rows.len() == BLOCK * k {
+                out.add_dense(&rows, m, k);
+                rows.clear();
+            }
+        }
+        out.add_dense(&rows, m, k);
+        out
+    }
+
+    /// All terms with B, and the right-hand side.
+    fn add_sparse(&mut self, b: &[f64], places: &[usize], n: &[f64], weight: f64, offset: f64) {
+        let m = b.len();
+        for (at, &i) in places.iter().enumerate() {
+            let x = b[i] * weight;
+            let mut column = self.matrix.column_mut(i);
+            let column = column.as_mut_slice();
+            places[at..].iter().for_each(|&j| column[j] += x * b[j]);
+            column[m..].iter_mut().zip(n).for_each(|(sum, n)| *sum += x * n);
+            self.right[i] += x * offset;
+        }
+        let x = weight * offset;
+        self.right.as_mut_slice()[m..].iter_mut().zip(n).for_each(|(sum, n)| *sum += x * n);
+    }
+
+    /// NᵀWN of some rows, which come with the root of their weight; four rows at a time, to spare memory traffic.
+    fn add_dense(&mut self, rows: &[f64], m: usize, k: usize) {
+        let zeros = vec![0.0; k];
+        for four in rows.chunks(4 * k.max(1)) {
+            let row = |i: usize| four.get(i * k..(i + 1) * k).unwrap_or(&zeros);
+            let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
+            for i in 0..k {
+                let mut column = self.matrix.column_mut(m + i);
+                let sums = &mut column.as_mut_slice()[m + i..];
+                let (x, y, z, u) = (a[i], b[i], c[i], d[i]);
+                let others = a[i..].iter().zip(&b[i..]).zip(&c[i..]).zip(&d[i..]);
+                for (sum, (((a, b), c), d)) in sums.iter_mut().zip(others) {
+                    *sum += (x * a + y * b) + (z * c + u * d);
+                }
+            }
+        }
+    }
+}
+
+/// Solves the weighted equations. `variance` is s² and `side` the largest side, which scale the priors.
+pub(crate) fn solve(
+    carrier: &Carrier,
+    fields: &Fields,
+    observations: &[Observation],
+    weights: &[f64],
+    (variance, side): (f64, f64),
+) -> Solution {
+    let (m, k) = (carrier.coefficients(), fields.columns());
+    let Sums { matrix, right } = Sums::of(carrier, fields, observations, weights);
+    let prior = variance / (DEFORMATION * side).powi(2);
+    let elimination = Elimination::new(&matrix, &right, m, k, prior);
+    let (information, score) = elimination.reduced(&matrix, &right);
+    let w = with_prior(&information, &score, variance);
+    let beta = elimination.nuisance(&w);
+    Solution { w, beta, information, score }
+}
+
+/// H⁻¹ Cᵀ and H⁻¹ c, with the columns of N scaled to a unit diagonal.
+struct Elimination {
+    scale: DVector<f64>,
+    /// Cᵀ, scaled.
+    coupling: DMatrix<f64>,
+    of_columns: DMatrix<f64>,
+    of_right: DVector<f64>,
+}
+
+impl Elimination {
+    fn new(matrix: &DMatrix<f64>, right: &DVector<f64>, m: usize, k: usize, prior: f64) -> Self {
+        let diagonal = |i: usize| matrix[(m + i, m + i)] + prior;
+        let scale =
+            DVector::from_fn(k, |i, _| if diagonal(i) > 0.0 { diagonal(i).sqrt().recip() } else { 0.0 });
+        let mut h = DMatrix::from_fn(k, k, |i, j| matrix[(m + i.max(j), m + i.min(j))] * scale[i] * scale[j]);
+        for i in 0..k {
+            // 1 with the prior in it; a little more against rounding.
+            h[(i, i)] = 1.0 + 1e-12;
+        }
+        let coupling = DMatrix::from_fn(k, m, |i, j| matrix[(m + i, j)] * scale[i]);
+        let of_nuisance = DVector::from_fn(k, |i, _| right[m + i] * scale[i]);
+        let (of_columns, of_right) = match cholesky(h) {
+            Some(factor) => (factor.solve(&coupling), factor.solve(&of_nuisance)),
+            None => (DMatrix::zeros(k, m), DVector::zeros(k)),
+        };
+        Self { scale, coupling, of_columns, of_right }
+    }
+
+    /// G - C H⁻¹ Cᵀ and b - C H⁻¹ c.
+    fn reduced(&self, matrix: &DMatrix<f64>, right: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
+        let m = self.coupling.ncols();
+        let explained = |i: usize, j: usize| self.coupling.column(i).dot(&self.of_columns.column(j));
+        let mut information = DMatrix::zeros(m, m);
+        for i in 0..m {
+            for j in 0..=i {
+                let value = matrix[(i, j)] - explained(i, j);
+                information[(i, j)] = value;
+                information[(j, i)] = value;
+            }
+        }
+        let score = DVector::from_fn(m, |i, _| right[i] - self.coupling.column(i).dot(&self.of_right));
+        (information, score)
+    }
+
+    fn nuisance(&self, w: &DVector<f64>) -> DVector<f64> {
+        (&self.of_right - &self.of_columns * w).component_mul(&self.scale)
+    }
+}
+
+/// (s² P + s² 1) w = s² P w*: the most probable w for a standard Gaussian one.
+fn with_prior(information: &DMatrix<f64>, score: &DVector<f64>, variance: f64) -> DVector<f64> {
+    let largest = information.diagonal().max();
+    let damping = variance.max(1e-14 * largest).max(f64::MIN_POSITIVE);
+    let damped = information + DMatrix::identity(score.len(), score.len()) * damping;
+    cholesky(damped).map_or_else(|| DVector::zeros(score.len()), |factor| factor.solve(score))
+}
+
+fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    Cholesky::new(matrix).filter(|factor| factor.l_dirty().iter().all(|x| x.is_finite()))
+}
+
+/// w* without prior, and how well each coefficient is known.
+pub(crate) struct Answer {
+    /// w*; 0 in undetermined directions.
+    pub(crate) coefficients: Vec<f64>,
+    /// Standard errors for s² = 1; infinite where a direction that matters is undetermined.
+    pub(crate) errors: Vec<f64>,
+}
+
+impl Solution {
+    pub(crate) fn answer(&self) -> Answer {
+        /// Share of a coefficient (squared) in undetermined directions beyond which it counts as unknown.
+        const LARGEST_UNDETERMINED: f64 = 1e-3;
+        let m = self.score.len();
+        let eigen = SymmetricEigen::new(self.information.clone());
+        let smallest = RANK_TOLERANCE * eigen.eigenvalues.max();
+        let known = |k: usize| eigen.eigenvalues[k] > smallest && eigen.eigenvalues[k] > 0.0;
+        let (mut coefficients, mut errors, mut unknown) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
+        for (k, axis) in eigen.eigenvectors.column_iter().enumerate() {
+            let reciprocal = if known(k) { 1.0 / eigen.eigenvalues[k] } else { 0.0 };
+            let along = axis.dot(&self.score) * reciprocal;
+            for (i, x) in axis.iter().enumerate() {
+                coefficients[i] += x * along;
+                errors[i] += x * x * reciprocal;
+                unknown[i] += if known(k) { 0.0 } else { x * x };
+            }
+        }
+        for (error, unknown) in errors.iter_mut().zip(unknown) {
+            *error = if unknown > LARGEST_UNDETERMINED { f64::INFINITY } else { error.sqrt() };
+        }
+        Answer { coefficients, errors }
+    }
+}

@@ -1,0 +1,235 @@
+//! The robust extraction against attacks whose effect is known.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sombrero_basis::{Basis, BasisOptions};
+use sombrero_extraction::{Deformation, Estimate, EstimateError, Extractor, Nuisance, extract};
+use sombrero_mesh::{Soup, repair, shapes};
+use sombrero_progressive::ProgressiveMesh;
+
+const EPSILON: f64 = 0.01;
+const NOTHING: Nuisance = Nuisance { deformation: Deformation::Similarity, smoothing: false };
+
+struct Case {
+    soup: Soup,
+    basis: Basis,
+    extractor: Extractor,
+}
+
+fn case(vertices: usize, coefficients: usize) -> Case {
+    let made = repair(&shapes::bumpy_sphere(vertices));
+    let soup = Soup::new(made.points.clone(), made.mesh.triangles());
+    let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+    let options = BasisOptions { coefficients, ..BasisOptions::default() };
+    let basis = Basis::new(&mut progressive, &soup.points, &options).unwrap();
+    let extractor = Extractor::new(&basis, EPSILON, &soup).unwrap();
+    Case { soup, basis, extractor }
+}
+
+fn watermark(m: usize, seed: u64) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    // Sums of twelve even numbers are Gaussian enough.
+    (0..m).map(|_| (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0).collect()
+}
+
+impl Case {
+    fn marked(&self, w: &[f64]) -> Vec<Point3<f64>> {
+        self.soup.points.iter().zip(self.basis.displacements(w, EPSILON)).map(|(p, d)| p + d).collect()
+    }
+}
+
+fn some(points: &[Point3<f64>]) -> Vec<Option<Point3<f64>>> {
+    points.iter().copied().map(Some).collect()
+}
+
+fn worst(estimate: &Estimate, w: &[f64]) -> f64 {
+    estimate.coefficients.iter().zip(w).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// The same surface with three triangles for one, and no vertex in its old place in the list.
+fn subdivided(soup: &Soup) -> Soup {
+    let mut points: Vec<Point3<f64>> = soup.points.iter().rev().copied().collect();
+    let old = |v: u32| soup.points.len() as u32 - 1 - v;
+    let mut triangles = Vec::new();
+    for t in &soup.triangles {
+        let sum = t.iter().map(|&v| soup.points[v as usize].coords).sum::<Vector3<f64>>();
+        let centre = points.len() as u32;
+        points.push(Point3::from(sum / 3.0));
+        let [x, y, z] = t.map(old);
+        triangles.extend([[x, y, centre], [y, z, centre], [z, x, centre]]);
+    }
+    Soup::new(points, triangles)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn a_small_motion_is_told_from_the_mark(
+        turn in prop::array::uniform3(-2e-3..2e-3f64), shift in prop::array::uniform3(-2e-3..2e-3f64), seed in 0u64..1000
+    ) {
+        let case = case(900, 30);
+        let w = watermark(30, seed);
+        let turn = nalgebra::Rotation3::from_scaled_axis(Vector3::from(turn));
+        let moved: Vec<_> = case.marked(&w).iter().map(|p| turn * p + Vector3::from(shift)).collect();
+        let found = case.extractor.from_vertices(&some(&moved), NOTHING).unwrap();
+        // What the paper's extraction makes of it is far off: that is what the columns are for.
+        let paper = extract(&case.basis, EPSILON, &case.soup.points, &some(&moved)).unwrap();
+        let papers = paper.coefficients.iter().zip(&w).map(|(a, b)| (a.unwrap() - b).abs()).fold(0.0, f64::max);
+        prop_assert!(worst(&found, &w) < 0.02, "{}", worst(&found, &w));
+        prop_assert!(worst(&found, &w) < 0.2 * papers || papers < 0.05);
+    }
+
+    #[test]
+    fn any_affine_map_is_told_from_the_mark(entries in prop::array::uniform9(-0.15..0.15f64), seed in 0u64..1000) {
+        let case = case(900, 30);
+        let w = watermark(30, seed);
+        let map = Matrix3::identity() + Matrix3::from_row_slice(&entries);
+        let moved: Vec<_> = case.marked(&w).iter().map(|p| map * p).collect();
+        let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: false };
+        let found = case.extractor.from_vertices(&some(&moved), nuisance).unwrap();
+        let (mut dot, mut norms) = (0.0, [0.0; 2]);
+        for (x, y) in found.coefficients.iter().zip(&w) {
+            dot += x * y;
+            norms = [norms[0] + x * x, norms[1] + y * y];
+        }
+        prop_assert!(dot / (norms[0] * norms[1]).sqrt() > 0.9);
+    }
+
+    #[test]
+    fn another_tessellation_gives_the_mark_back(seed in 0u64..1000) {
+        let case = case(900, 30);
+        let w = watermark(30, seed);
+        let suspect = subdivided(&Soup::new(case.marked(&w), case.soup.triangles.clone()));
+        let found = case.extractor.from_surface(&suspect, NOTHING, None).unwrap();
+        prop_assert!(worst(&found, &w) < 0.05, "{}", worst(&found, &w));
+        prop_assert!(found.present.iter().all(|p| *p) && found.used > 0.8);
+    }
+
+    #[test]
+    fn what_is_cut_away_is_not_guessed(cut in -0.5..0.5f64, seed in 0u64..1000) {
+        let case = case(900, 30);
+        let w = watermark(30, seed);
+        let marked = case.marked(&w);
+        let keeps = |t: &&[u32; 3]| t.iter().all(|&v| marked[v as usize].x < cut);
+        let triangles: Vec<_> = case.soup.triangles.iter().filter(keeps).copied().collect();
+        let suspect = subdivided(&Soup::new(marked.clone(), triangles));
+        let found = case.extractor.from_surface(&suspect, NOTHING, None).unwrap();
+        for (i, (&w, &error)) in w.iter().zip(&found.standard_errors).enumerate() {
+            let column = case.basis.values().col(i);
+            if error < 0.05 {
+                prop_assert!((found.coefficients[i] - w).abs() < 0.5, "{i}");
+            }
+            if column.row_indices().iter().all(|&v| case.soup.points[v].x > cut + 0.2) {
+                prop_assert!(error.is_infinite() && found.coefficients[i].abs() < 1e-6);
+            }
+        }
+        for (present, p) in found.present.iter().zip(&case.soup.points) {
+            prop_assert!(!present || p.x < cut + 0.1);
+        }
+    }
+}
+
+/// Of many noisy copies, errors are as large as said.
+#[test]
+fn standard_errors_are_those_that_noise_makes() {
+    const RUNS: u64 = 60;
+    let case = case(900, 20);
+    let w = watermark(20, 5);
+    let marked = case.marked(&w);
+    let mut squares = 0.0;
+    for seed in 0..RUNS {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut jitter = || Vector3::from_fn(|_, _| 0.004 * (rng.random::<f64>() - 0.5));
+        let noisy: Vec<_> = marked.iter().map(|p| p + jitter()).collect();
+        let found = case.extractor.from_vertices(&some(&noisy), NOTHING).unwrap();
+        let terms = found.coefficients.iter().zip(&w).zip(&found.standard_errors);
+        squares += terms.map(|((a, b), s)| ((a - b) / s).powi(2)).sum::<f64>() / 20.0;
+    }
+    let ratio = squares / RUNS as f64;
+    assert!((0.8..1.25).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn smoothing_is_told_from_the_mark() {
+    let case = case(2500, 30);
+    let w = watermark(30, 7);
+    let mut points = case.marked(&w);
+    let mut rings = vec![Vec::new(); points.len()];
+    for &[a, b, c] in &case.soup.triangles {
+        for (v, u) in [(a, b), (b, c), (c, a)] {
+            rings[v as usize].push(u as usize);
+        }
+    }
+    for _ in 0..3 {
+        let smoothed = |(v, ring): (usize, &Vec<usize>)| {
+            let mean = ring.iter().map(|&u| points[u].coords).sum::<Vector3<f64>>() / ring.len() as f64;
+            points[v] + (mean - points[v].coords) * 0.3
+        };
+        points = rings.iter().enumerate().map(smoothed).collect();
+    }
+    let error = |smoothing| {
+        let nuisance = Nuisance { deformation: Deformation::Similarity, smoothing };
+        worst(&case.extractor.from_vertices(&some(&points), nuisance).unwrap(), &w)
+    };
+    assert!(error(true) < 0.25 * error(false), "{} with, {} without", error(true), error(false));
+}
+
+#[test]
+fn outliers_count_for_nothing() {
+    let case = case(900, 20);
+    let w = watermark(20, 3);
+    let mut points = case.marked(&w);
+    // A bump somewhere that the mark knows nothing of.
+    points.iter_mut().filter(|p| p.z > 0.8).for_each(|p| p.z += 0.1);
+    let found = case.extractor.from_vertices(&some(&points), NOTHING).unwrap();
+    let untouched =
+        |i: usize| case.basis.values().col(i).row_indices().iter().all(|&v| case.soup.points[v].z < 0.6);
+    let errors = (0..20).filter(|&i| untouched(i)).map(|i| (found.coefficients[i] - w[i]).abs());
+    assert!(errors.fold(0.0, f64::max) < 1e-3);
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let case = case(900, 20);
+    let suspect = subdivided(&Soup::new(case.marked(&watermark(20, 1)), case.soup.triangles.clone()));
+    let nuisance = Nuisance { deformation: Deformation::Lattice, smoothing: true };
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| case.extractor.from_surface(&suspect, nuisance, None).unwrap())
+    };
+    let (one, two) = (run(1), run(2));
+    assert_eq!(one.coefficients, two.coefficients);
+    assert_eq!(one.precision, two.precision);
+}
+
+#[test]
+fn senseless_questions_are_refused() {
+    let case = case(900, 20);
+    let points = &case.soup.points;
+    let vertices = |found: &[Option<Point3<f64>>]| case.extractor.from_vertices(found, NOTHING).unwrap_err();
+    assert_eq!(vertices(&[]), EstimateError::Lengths { found: 0, original: points.len() });
+    let mut broken = some(points);
+    broken[3] = Some(Point3::new(f64::NAN, 0.0, 0.0));
+    assert_eq!(vertices(&broken), EstimateError::Vertex { which: "suspect", vertex: 3 });
+    let surface = |soup: Soup| case.extractor.from_surface(&soup, NOTHING, None).unwrap_err();
+    assert_eq!(surface(Soup::default()), EstimateError::NoArea { which: "suspect" });
+    let beyond = Soup::new(points.clone(), vec![[0, 1, u32::MAX]]);
+    assert_eq!(surface(beyond), EstimateError::Vertex { which: "suspect", vertex: u32::MAX as usize });
+    let other = Soup::new(points[1..].to_vec(), Vec::new());
+    assert!(matches!(Extractor::new(&case.basis, EPSILON, &other), Err(EstimateError::Basis { .. })));
+    let nowhere = Soup::new(points.clone(), Vec::new());
+    assert!(matches!(Extractor::new(&case.basis, EPSILON, &nowhere), Err(EstimateError::NoArea { .. })));
+}
+
+#[test]
+fn nothing_present_says_nothing() {
+    let case = case(900, 20);
+    let found = case.extractor.from_vertices(&vec![None; case.soup.points.len()], NOTHING).unwrap();
+    assert!(found.coefficients.iter().all(|w| *w == 0.0));
+    assert!(found.standard_errors.iter().all(|s| s.is_infinite()));
+    assert!(found.precision.iter().all(|p| *p == 0.0));
+}

@@ -1,0 +1,67 @@
+//! Points spread evenly over a surface, the same ones every time.
+//!
+//! Sample i of n stands for the i-th of n equal shares of the area, counted through the triangles in their
+//! order; its place on its triangle comes from the additive sequence
+//!
+//! ```text
+//! uᵢ = frac(1/2 + i/p),  vᵢ = frac(1/2 + i/p²),  p³ = p + 1 (p = 1.3247…),
+//! ```
+//!
+//! which fills the square without clusters. The square is folded onto the triangle.
+
+use nalgebra::Point3;
+
+use crate::limits::corners;
+use crate::sample::{SurfaceSample, folded};
+
+/// 1/p and 1/p².
+const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+
+/// `count` samples, each standing for the same area; none when no face has area.
+///
+/// Faces with bad indices or corners are left out.
+pub fn spread_samples(points: &[Point3<f64>], triangles: &[[u32; 3]], count: usize) -> Vec<SurfaceSample> {
+    let area =
+        |&t: &[u32; 3]| corners(points, t).map_or(0.0, |[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0);
+    let share = triangles.iter().map(area).sum::<f64>() / count as f64;
+    let mut samples = Vec::with_capacity(count);
+    let mut passed = 0.0;
+    for (face, triangle) in (0..).zip(triangles) {
+        passed += area(triangle);
+        while samples.len() < count && (samples.len() as f64 + 0.5) * share < passed {
+            let [u, v] = STEPS.map(|step| (0.5 + samples.len() as f64 * step).fract());
+            samples.push(SurfaceSample { face, barycentric: folded(u, v) });
+        }
+    }
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use sombrero_mesh::shapes;
+
+    #[test]
+    fn samples_lie_evenly() {
+        let soup = shapes::cube();
+        let samples = spread_samples(&soup.points, &soup.triangles, 6000);
+        assert_eq!(samples.len(), 6000);
+        let of_face = |face: u32| samples.iter().filter(|s| s.face == face).count();
+        // All triangles of the cube are equal.
+        let each = 6000 / soup.triangles.len();
+        assert!((0..soup.triangles.len() as u32).all(|face| of_face(face).abs_diff(each) <= 1));
+        let place = |s: &SurfaceSample| s.point(&soup.points, &soup.triangles).unwrap().coords;
+        let mean = samples.iter().map(place).sum::<Vector3<f64>>() / 6000.0;
+        let box_ = soup.bounding_box().unwrap();
+        let centre = nalgebra::center(&box_.min, &box_.max).coords;
+        assert!((mean - centre).norm() < 5e-3 * box_.largest_side());
+    }
+
+    #[test]
+    fn nothing_has_no_samples() {
+        assert_eq!(spread_samples(&[], &[[0, 1, 2]], 10), []);
+        assert_eq!(spread_samples(&[Point3::origin()], &[[0, 0, 0]], 10), []);
+        assert_eq!(spread_samples(&shapes::cube().points, &shapes::cube().triangles, 0), []);
+    }
+}
