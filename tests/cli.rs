@@ -218,7 +218,7 @@ fn embed_says_what_it_did() {
     let said = workshop.line(line);
     assert_holds(
         said.text(),
-        &["original.obj", "a.obj", "a.key", "642 vertices", "50 coefficients", "log10 p"],
+        &["original.obj", "a.obj", "a.key", "642 vertices", "200 coefficients", "log10 p"],
     );
     assert_eq!(workshop.listing().len(), 6, "two files and no more");
 
@@ -232,7 +232,7 @@ fn embed_says_what_it_did() {
             ("key", |v| v == "b.key"),
             ("vertices", |v| v == 642),
             ("faces", |v| v == 1280),
-            ("coefficients", |v| v == 50),
+            ("coefficients", |v| v == 200),
             ("epsilon", |v| v == 0.01),
             ("basis", |v| v == "sombrero"),
             ("distortion", object),
@@ -467,7 +467,7 @@ fn verify_tells_a_genuine_key() {
         &["mark.key is genuine", "original.obj"],
     );
     let answer = workshop.line("verify mark.key --original original.obj --json").json();
-    assert_fields(&answer, &[("genuine", yes), ("coefficients", |v| v == 50), ("epsilon", |v| v == 0.01)]);
+    assert_fields(&answer, &[("genuine", yes), ("coefficients", |v| v == 200), ("epsilon", |v| v == 0.01)]);
     assert!(!answer.to_string().contains(&"01".repeat(32)), "the secret stays in the key");
 }
 
@@ -546,7 +546,7 @@ fn a_suspect_that_was_turned_or_reordered_is_found_without_a_hint() {
             assert!(number(&registration["rms"]), "{registration}");
         }
     }
-    let line = "detect reorder.obj --original original.obj --key mark.key --resampling never";
+    let line = "detect reorder.obj --original original.obj --key mark.key --method paper --resampling never";
     refused(&workshop, &arguments(line), &["reorder.obj", "resampl"]);
 }
 
@@ -843,7 +843,7 @@ fn a_damaged_key_is_refused() {
         (
             "fewer.key",
             (text[..last].trim_end().trim_end_matches(',').to_owned() + "\n  ]\n}\n").into_bytes(),
-            &["watermark", "49"],
+            &["watermark", "199"],
         ),
         ("later.key", text.replace("\"version\": 1", "\"version\": 2").into_bytes(), &["version 2"]),
         ("versionless.key", text.replace("\"version\": 1", "\"version\": -1").into_bytes(), &["key"]),
@@ -859,12 +859,12 @@ fn a_damaged_key_is_refused() {
         ),
         (
             "many.key",
-            text.replace("\"coefficients\": 50", "\"coefficients\": 4000000000").into_bytes(),
+            text.replace("\"coefficients\": 200", "\"coefficients\": 4000000000").into_bytes(),
             &["coefficients"],
         ),
         (
             "none.key",
-            text.replace("\"coefficients\": 50", "\"coefficients\": 0").into_bytes(),
+            text.replace("\"coefficients\": 200", "\"coefficients\": 0").into_bytes(),
             &["coefficients"],
         ),
         ("infinite.key", text.replace("\"epsilon\": 0.01", "\"epsilon\": 1e999").into_bytes(), &["key"]),

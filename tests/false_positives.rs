@@ -9,15 +9,15 @@ use sombrero::attacks::apply_all;
 use sombrero::io::{Document, Format};
 use sombrero::mesh::shapes;
 use sombrero::stats::{WatermarkTestOptions, watermark_test, wilson_interval};
-use sombrero::watermark::{Identity, Secret, watermark};
-use sombrero_tests::{document, marked, test_known};
+use sombrero::watermark::{Identity, Preset, Secret, watermark};
+use sombrero_tests::{document, marked_by, test_known};
 
 const KEYS: usize = 10_000;
 
 /// What is extracted from the copy of somebody else after these attacks, and the file that was marked.
 fn extracted(specs: &[&str]) -> (Document, Vec<Option<f64>>) {
     let original = document(Format::PlyBinaryLittleEndian, &shapes::bumpy_sphere(700));
-    let somebody_else = marked(&original, 0xee);
+    let somebody_else = marked_by(&original, 0xee, Preset::Paper);
     let copy = Document::parse(somebody_else.bytes, None).unwrap();
     let key = Prepared::new(&original, somebody_else.key).unwrap();
     let attacks: Vec<_> = specs.iter().map(|s| s.parse().unwrap()).collect();

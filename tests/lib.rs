@@ -16,7 +16,7 @@ use sombrero::extraction::extract;
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::stats::{WatermarkTest, WatermarkTestOptions, watermark_test};
-use sombrero::watermark::Secret;
+use sombrero::watermark::{Preset, Secret};
 use sombrero::{DetectOptions, EmbedOptions, Marked, Prepared, Step, embed};
 
 /// A plain file of this format that holds `soup`, read.
@@ -26,7 +26,13 @@ pub fn document(format: Format, soup: &Soup) -> Document {
 
 /// The copy of `original` that carries the mark of this secret, with the usual strength.
 pub fn marked(original: &Document, secret: u8) -> Marked {
-    embed(original, Secret([secret; 32]), &EmbedOptions::default()).unwrap()
+    marked_by(original, secret, Preset::default())
+}
+
+/// The same by this preset.
+pub fn marked_by(original: &Document, secret: u8, preset: Preset) -> Marked {
+    let options = EmbedOptions { parameters: preset.parameters(), ..EmbedOptions::default() };
+    embed(original, Secret([secret; 32]), &options).unwrap()
 }
 
 /// Detection that takes a suspect as it is: vertex i of the suspect is vertex i of the original, where it stands.

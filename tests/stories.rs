@@ -83,7 +83,7 @@ fn a_third_cut_off_leaves_a_mark_whose_correspondence_is_known() {
         let (extracted, test) = test_known(&key, &found);
         assert!(test.log10_p() < -20.0, "{name}: {}", test.log10_p());
         let lost = extracted.iter().filter(|w| w.is_none()).count();
-        assert!((1..45).contains(&lost) && test.missing == lost, "{name}: {lost} coefficients were cut off");
+        assert!((1..180).contains(&lost) && test.missing == lost, "{name}: {lost} coefficients were cut off");
     }
 }
 
@@ -242,11 +242,13 @@ fn the_report_of_an_embedding_tells_what_was_done_to_the_file() {
         let original = document(Format::Obj, &soup);
         let mark = marked(&original, 12);
         let copy = Document::parse(mark.bytes, None).unwrap();
-        let moved: Vec<f64> =
-            original.points().iter().zip(copy.points()).map(|(p, q)| (q - p).norm()).collect();
+        // Vertices that are stored twice are one point, and count once.
+        let model = Model::new(&original.soup());
+        let points = model.points_from_stored(copy.points());
+        let moved: Vec<f64> = model.soup().points.iter().zip(&points).map(|(p, q)| (q - p).norm()).collect();
         let (longest, side) =
             (moved.iter().copied().fold(0.0, f64::max), soup.bounding_box().unwrap().largest_side());
-        let used = soup.used().iter().filter(|used| **used).count();
+        let used = model.soup().used().iter().filter(|used| **used).count();
         let rms = (moved.iter().map(|d| d * d).sum::<f64>() / used as f64).sqrt();
         let distortion = mark.report.distortion;
         for (told, measured) in [

@@ -61,5 +61,5 @@ fn no_extent_at_all_is_a_clear_error() {
     let prepared = prepared();
     let dot = triangles_at(&[[1.0, 2.0, 3.0]; 6]);
     let message = look(&prepared, &dot).unwrap_err().to_string();
-    assert!(message.contains("no usable face") && !message.contains("NaN"), "{message}");
+    assert!(message.contains("no face with an area") && !message.contains("NaN"), "{message}");
 }

@@ -7,36 +7,41 @@
 //! its variants and has to correct p for that.
 
 use crate::plot::{self, Axis, Panel, Series};
-use crate::roc::Subject;
+use crate::subject::Subject;
+use crate::tables::Method;
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::{Point3, Similarity3};
 use plotters::chart::SeriesLabelPosition;
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
+use sombrero::DetectOptions;
 use sombrero::attacks::{Attack, apply_all};
+use sombrero::extraction::{Deformation, Estimate, Nuisance};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::registration::{Reference, RegisterOptions, register};
 use sombrero::resampling::{ResampleOptions, resample};
-use sombrero::stats::{WatermarkTestOptions, watermark_test, wilson_interval};
-use sombrero::watermark::{Identity, Key, Preset, Secret};
-use sombrero::{DetectOptions, Prepared};
+use sombrero::stats::{Ellipsoid, LogProbability, WatermarkTestOptions, watermark_test, wilson_interval};
+use sombrero::watermark::Preset;
 use std::path::{Path, PathBuf};
 
 /// Whether probabilities are rates.
 #[derive(clap::Args)]
 pub(crate) struct Calibrate {
+    /// The method; with `paper` the preset is the paper's too.
+    #[arg(long, value_enum, default_value_t = Method::Paper)]
+    method: Method,
     /// Random watermarks for each kind of suspect.
     #[arg(long, default_value_t = 1_000_000)]
     keys: u64,
     /// Unmarked suspects for the whole detection; 1000 take some minutes, and 0 leaves this part out.
     #[arg(long, default_value_t = 0)]
     pipeline: u64,
-    /// Where `calibration.json` and `calibration.svg` are written.
+    /// Where `calibration.json` and `calibration.svg` are written; with the robust method `calibration-robust`.
     #[arg(long, default_value = "docs")]
     out: PathBuf,
 }
@@ -50,41 +55,86 @@ const STREAMS: u64 = 1 << 32;
 /// Rates from 10^-1 down to 10^-LAST.
 const LAST: i32 = 6;
 
-/// A kind of suspect that corresponds to the original vertex by vertex.
+/// A kind of suspect.
 struct Kind {
     name: &'static str,
     /// Whether somebody else's mark is in it.
     marked: bool,
     registration: bool,
+    /// Whether surfaces are compared (the robust method only) rather than vertices.
+    surface: bool,
     /// One suspect each, of every model.
     attacks: &'static [&'static str],
 }
 
-const KINDS: [Kind; 5] = [
-    Kind { name: "untouched original", marked: false, registration: false, attacks: &["none"] },
+const KINDS: [Kind; 8] = [
+    Kind {
+        name: "untouched original",
+        marked: false,
+        registration: false,
+        surface: false,
+        attacks: &["none"],
+    },
     Kind {
         name: "original, noise",
         marked: false,
         registration: false,
+        surface: false,
         attacks: &["noise:amplitude=0.002", "noise:amplitude=0.0045", "noise:amplitude=0.007"],
     },
     Kind {
         name: "original, smoothed",
         marked: false,
         registration: false,
+        surface: false,
         attacks: &["smooth:iterations=5", "smooth:iterations=10", "smooth:iterations=20"],
     },
     Kind {
         name: "original, moved and registered",
         marked: false,
         registration: true,
+        surface: false,
         attacks: &["transform", "noise:amplitude=0.002 transform", "smooth:iterations=10 transform"],
     },
     Kind {
         name: "marked by others",
         marked: true,
         registration: false,
+        surface: false,
         attacks: &["none", "noise:amplitude=0.002", "smooth:iterations=10", "watermark"],
+    },
+    Kind {
+        name: "original, simplified or remeshed",
+        marked: false,
+        registration: true,
+        surface: true,
+        attacks: &[
+            "simplify:ratio=0.5",
+            "simplify:ratio=0.05",
+            "isosurface:resolution=64",
+            "remesh:length=1",
+        ],
+    },
+    Kind {
+        name: "original, deformed or cropped",
+        marked: false,
+        registration: true,
+        surface: true,
+        attacks: &[
+            "simplify:ratio=0.5 affine:strength=0.2",
+            "simplify:ratio=0.5 ffd:strength=0.02",
+            "simplify:ratio=0.5 crop:fraction=0.333",
+        ],
+    },
+    Kind {
+        name: "marked by others, simplified",
+        marked: true,
+        registration: true,
+        surface: true,
+        attacks: &[
+            "simplify:ratio=0.5",
+            "noise:amplitude=0.002 smooth:iterations=10 simplify:ratio=0.5 watermark",
+        ],
     },
 ];
 const OTHER_MODEL: &str = "another model, registered and resampled";
@@ -134,16 +184,72 @@ impl Rate {
     }
 }
 
-/// A suspect, as the test sees it.
+/// A suspect, as one test sees it.
 struct Extracted {
     name: String,
-    coefficients: Vec<Option<f64>>,
+    judge: Judge,
+}
+
+/// The test of one suspect.
+enum Judge {
+    Correlation(Vec<Option<f64>>),
+    /// With the distance that belongs to each rate.
+    Ellipsoid(Box<Ellipsoid>, [f64; LAST as usize]),
+}
+
+impl Judge {
+    fn ellipsoid(estimate: &Estimate, floor: f64) -> anyhow::Result<Self> {
+        let ellipsoid = Ellipsoid::new(&estimate.coefficients, &estimate.precision)?.with_floor(floor)?;
+        let limits =
+            std::array::from_fn(|i| ellipsoid.distance_at(LogProbability::from_log10(-(i as f64) - 1.0)));
+        Ok(Self::Ellipsoid(Box::new(ellipsoid), limits))
+    }
+
+    fn coefficients(&self) -> usize {
+        match self {
+            Self::Correlation(w) => w.iter().flatten().count(),
+            Self::Ellipsoid(ellipsoid, _) => ellipsoid.rank(),
+        }
+    }
+
+    fn length(&self) -> usize {
+        match self {
+            Self::Correlation(w) => w.len(),
+            Self::Ellipsoid(ellipsoid, _) => ellipsoid.dimension(),
+        }
+    }
+
+    /// How many of these rates p is at most.
+    fn rates(&self, w: &[f64]) -> anyhow::Result<usize> {
+        Ok(match self {
+            Self::Correlation(extracted) => {
+                let log10_p = watermark_test(w, extracted, &WatermarkTestOptions::default())?.log10_p();
+                (1..=LAST).take_while(|k| log10_p <= -f64::from(*k)).count()
+            }
+            Self::Ellipsoid(ellipsoid, limits) => {
+                let distance = ellipsoid.distance(w)?;
+                limits.iter().take_while(|limit| distance <= **limit).count()
+            }
+        })
+    }
+}
+
+/// Every test that the robust method makes of an estimate.
+fn judges(name: &str, estimate: &Estimate) -> anyhow::Result<Vec<Extracted>> {
+    let known = estimate.coefficients.iter().zip(&estimate.standard_errors);
+    let known = known.map(|(w, error)| error.is_finite().then_some(*w)).collect();
+    let mut judges =
+        vec![Extracted { name: format!("{name}, correlation"), judge: Judge::Correlation(known) }];
+    for floor in [0.0, 0.1, 0.3, 1.0] {
+        let judge = Judge::ellipsoid(estimate, floor)?;
+        judges.push(Extracted { name: format!("{name}, ellipsoid, floor {floor}"), judge });
+    }
+    Ok(judges)
 }
 
 impl Extracted {
     fn known(&self) -> Known {
-        let coefficients = self.coefficients.iter().flatten().count();
-        Known { suspect: self.name.clone(), coefficients }
+        Known { suspect: self.name.clone(), coefficients: self.judge.coefficients() }
     }
 }
 
@@ -151,25 +257,30 @@ pub(crate) fn run(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
     if args.keys < CHUNK || !args.keys.is_multiple_of(CHUNK) {
         bail!("the number of keys must be a multiple of {CHUNK}");
     }
-    let subjects =
-        [("fandisk", Subject::read(folder, "fandisk.obj")?), ("head", Subject::read(folder, "head.obj")?)];
-    let bar = bar((KINDS.len() as u64 + 1) * args.keys, "watermarks")?;
+    let (preset, suffix) = match args.method {
+        Method::Paper => (Preset::Paper, ""),
+        Method::Robust => (Preset::Robust, "-robust"),
+    };
+    let read = |file| Subject::read(folder, file, preset);
+    let subjects = [("fandisk", read("fandisk.obj")?), ("head", read("head.obj")?)];
+    let wanted = KINDS.iter().filter(|kind| args.method == Method::Robust || !kind.surface);
+    let bar = bar((wanted.clone().count() as u64 + 1) * args.keys, "watermarks")?;
     let mut kinds = Vec::new();
-    for (which, kind) in (0..).zip(&KINDS) {
-        let suspects = kind.suspects(&subjects, &mut rng(which, STREAMS - 1))?;
+    for (which, kind) in (0..).zip(wanted) {
+        let suspects = kind.suspects(args.method, &subjects, &mut rng(which, STREAMS - 1))?;
         kinds.push(Calibrated::new(kind.name, which, &suspects, args.keys, &bar)?);
     }
     let which = KINDS.len() as u64;
-    let suspects = other_models(&subjects, which)?;
+    let suspects = other_models(args.method, &subjects, which)?;
     kinds.push(Calibrated::new(OTHER_MODEL, which, &suspects, args.keys, &bar)?);
     bar.finish_and_clear();
     kinds.iter().for_each(Calibrated::print);
-    let pipeline = (args.pipeline > 0).then(|| Pipeline::run(args.pipeline)).transpose()?;
+    let pipeline = (args.pipeline > 0).then(|| Pipeline::run(args.method, args.pipeline)).transpose()?;
     std::fs::create_dir_all(&args.out)?;
-    plot::write(&args.out.join("calibration.svg"), (760, 600), &[panel(&kinds)])?;
+    plot::write(&args.out.join(format!("calibration{suffix}.svg")), (760, 600), &[panel(&kinds)])?;
     let report = Report { seed: SEED, confidence: CONFIDENCE, keys: args.keys, kinds, pipeline };
     let text = serde_json::to_string_pretty(&report)? + "\n";
-    Ok(std::fs::write(args.out.join("calibration.json"), text)?)
+    Ok(std::fs::write(args.out.join(format!("calibration{suffix}.json")), text)?)
 }
 
 fn bar(length: u64, what: &str) -> anyhow::Result<ProgressBar> {
@@ -189,12 +300,16 @@ fn attacks(specs: &str) -> anyhow::Result<Vec<Attack>> {
 }
 
 impl Kind {
-    fn suspects(&self, subjects: &[(&str, Subject)], rng: &mut ChaCha8Rng) -> anyhow::Result<Vec<Extracted>> {
+    fn suspects(
+        &self,
+        method: Method,
+        subjects: &[(&str, Subject)],
+        rng: &mut ChaCha8Rng,
+    ) -> anyhow::Result<Vec<Extracted>> {
         let mut suspects = Vec::new();
         for (model, subject) in subjects {
             for specs in self.attacks {
-                let coefficients = self.extracted(subject, specs, rng)?;
-                suspects.push(Extracted { name: format!("{model} {specs}"), coefficients });
+                suspects.extend(self.extracted(method, subject, &format!("{model} {specs}"), specs, rng)?);
             }
         }
         Ok(suspects)
@@ -202,37 +317,59 @@ impl Kind {
 
     fn extracted(
         &self,
+        method: Method,
         subject: &Subject,
+        name: &str,
         specs: &str,
         rng: &mut ChaCha8Rng,
-    ) -> anyhow::Result<Vec<Option<f64>>> {
+    ) -> anyhow::Result<Vec<Extracted>> {
         let soup = match self.marked {
-            true => subject.marked(&subject.watermark(rng)),
-            false => subject.model.soup().clone(),
+            true => subject.marked(rng)?.1,
+            false => subject.soup().clone(),
         };
         let attacked = apply_all(&attacks(specs)?, &soup, rng)?;
         let similarity = match self.registration {
             true => registered(subject, &attacked.soup)?,
             false => Similarity3::identity(),
         };
+        if self.surface {
+            return surface(subject, name, &moved(&attacked.soup, &similarity));
+        }
         let known = attacked.correspondence(soup.points.len());
         let found: Vec<Option<Point3<f64>>> = known.iter().map(|p| p.map(|p| similarity * p)).collect();
-        subject.extract(&found)
+        match method {
+            Method::Paper => {
+                let judge = Judge::Correlation(subject.extract(&found)?);
+                Ok(vec![Extracted { name: name.into(), judge }])
+            }
+            Method::Robust => judges(name, &subject.extractor()?.from_vertices(&found, NUISANCE)?),
+        }
     }
 }
 
+/// What is solved for beside the coefficients.
+const NUISANCE: Nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
+
+fn surface(subject: &Subject, name: &str, suspect: &Soup) -> anyhow::Result<Vec<Extracted>> {
+    judges(name, &subject.extractor()?.from_surface(suspect, NUISANCE, None)?)
+}
+
+fn moved(soup: &Soup, similarity: &Similarity3<f64>) -> Soup {
+    Soup::new(soup.points.iter().map(|p| similarity * p).collect(), soup.triangles.clone())
+}
+
 fn registered(subject: &Subject, suspect: &Soup) -> anyhow::Result<Similarity3<f64>> {
-    let original = subject.model.soup();
+    let original = subject.soup();
     let reference = Reference::new(&original.points, &original.triangles)?;
     let options = RegisterOptions::default();
     Ok(register(&reference, &suspect.points, &suspect.triangles, &options)?.reference_from_suspect)
 }
 
 /// Surfaces that have nothing to do with the original, as far as they can be laid over it.
-fn other_models(subjects: &[(&str, Subject)], which: u64) -> anyhow::Result<Vec<Extracted>> {
+fn other_models(method: Method, subjects: &[(&str, Subject)], which: u64) -> anyhow::Result<Vec<Extracted>> {
     let others: Vec<(&str, Soup)> = subjects
         .iter()
-        .map(|(name, subject)| (*name, subject.model.soup().clone()))
+        .map(|(name, subject)| (*name, subject.soup().clone()))
         .chain([("bumpy sphere", shapes::bumpy_sphere(4000)), ("torus", shapes::torus(80, 50, 1.0, 0.4))])
         .collect();
     let pairs: Vec<(u64, _, _)> = subjects
@@ -244,13 +381,16 @@ fn other_models(subjects: &[(&str, Subject)], which: u64) -> anyhow::Result<Vec<
         .collect();
     let extracted = pairs.into_par_iter().map(|(number, (model, subject), (name, other))| {
         let similarity = registered(subject, other)?;
-        let moved = other.points.iter().map(|p| similarity * p).collect();
-        let moved = Soup::new(moved, other.triangles.clone());
+        let moved = moved(other, &similarity);
+        let name = format!("{model} against {name}");
+        if method == Method::Robust {
+            return surface(subject, &name, &moved);
+        }
         let mut rng = rng(which, STREAMS - number);
-        let found = resample(subject.model.soup(), &moved, &ResampleOptions::default(), &mut rng)?.positions;
-        Ok(Extracted { name: format!("{model} against {name}"), coefficients: subject.extract(&found)? })
+        let found = resample(subject.soup(), &moved, &ResampleOptions::default(), &mut rng)?.positions;
+        Ok(vec![Extracted { name, judge: Judge::Correlation(subject.extract(&found)?) }])
     });
-    extracted.collect()
+    Ok(extracted.collect::<anyhow::Result<Vec<_>>>()?.into_iter().flatten().collect())
 }
 
 impl Calibrated {
@@ -264,7 +404,7 @@ impl Calibrated {
     ) -> anyhow::Result<Self> {
         let chunks = (0..keys / CHUNK).into_par_iter().map(|chunk| {
             let suspect = &suspects[chunk as usize % suspects.len()];
-            let counts = count(&suspect.coefficients, &mut rng(which, chunk))?;
+            let counts = count(&suspect.judge, &mut rng(which, chunk))?;
             bar.inc(CHUNK);
             Ok(counts)
         });
@@ -291,16 +431,12 @@ fn level(k: i32) -> f64 {
 /// How many watermarks had p of at most 10^-1, 10^-2 and so on.
 type Counts = [usize; LAST as usize];
 
-fn count(extracted: &[Option<f64>], rng: &mut ChaCha8Rng) -> anyhow::Result<Counts> {
+fn count(judge: &Judge, rng: &mut ChaCha8Rng) -> anyhow::Result<Counts> {
     let mut counts = Counts::default();
-    let options = WatermarkTestOptions::default();
-    let mut w = vec![0.0; extracted.len()];
+    let mut w = vec![0.0; judge.length()];
     for _ in 0..CHUNK {
         w.fill_with(|| StandardNormal.sample(rng));
-        let log10_p = watermark_test(&w, extracted, &options)?.log10_p();
-        for (k, count) in (1..).zip(&mut counts) {
-            *count += usize::from(log10_p <= -f64::from(k));
-        }
+        counts.iter_mut().take(judge.rates(&w)?).for_each(|count| *count += 1);
     }
     Ok(counts)
 }
@@ -359,20 +495,19 @@ const BATTERY: [&str; 10] = [
 ];
 
 impl Pipeline {
-    fn run(suspects: u64) -> anyhow::Result<Self> {
+    fn run(method: Method, suspects: u64) -> anyhow::Result<Self> {
+        let preset = if method == Method::Paper { Preset::Paper } else { Preset::Robust };
         let shapes = [
             ("bumpy sphere", shapes::bumpy_sphere(600)),
             ("bust", shapes::bust(8)),
             ("part", shapes::part(1)),
         ];
-        let originals = shapes
-            .iter()
-            .map(|(_, soup)| document(soup).and_then(Subject::new))
-            .collect::<Result<Vec<_>, _>>()?;
+        let originals =
+            shapes.iter().map(|(_, soup)| subject(soup, preset)).collect::<Result<Vec<_>, _>>()?;
         let bar = bar(suspects, "suspects")?;
         let p = (0..suspects).into_par_iter().map(|i| {
             let subject = &originals[i as usize % originals.len()];
-            let p = detection(subject, &mut rng(KINDS.len() as u64 + 1, i), i);
+            let p = detection(subject, method, &mut rng(KINDS.len() as u64 + 1, i), i);
             bar.inc(1);
             p
         });
@@ -402,15 +537,25 @@ fn document(soup: &Soup) -> anyhow::Result<Document> {
     Ok(Document::parse(encode(Format::PlyBinaryLittleEndian, soup)?, Some("ply"))?)
 }
 
+/// With as many coefficients as a small shape carries.
+fn subject(soup: &Soup, preset: Preset) -> anyhow::Result<Subject> {
+    let document = document(soup)?;
+    let mut parameters = preset.parameters();
+    let capacity = sombrero::info(&document).capacity;
+    parameters.basis.coefficients = parameters.basis.coefficients.min(capacity);
+    Subject::new(document, parameters)
+}
+
 /// log10 of the corrected p for a fresh key and an unmarked suspect; `None` when nothing could be compared.
-fn detection(subject: &Subject, rng: &mut ChaCha8Rng, seed: u64) -> anyhow::Result<Option<f64>> {
-    let mut secret = Secret([0; 32]);
-    rng.fill_bytes(&mut secret.0);
-    let parameters = Preset::Paper.parameters();
-    let key = Key::new(subject.document.bytes(), Identity::default(), secret, &parameters, &subject.basis);
-    let prepared = Prepared::new(&subject.document, key)?;
-    let suspect = prepared.suspect(&document(&attacked(&subject.document.soup(), rng))?);
-    let options = DetectOptions { seed, ..DetectOptions::default() };
+fn detection(
+    subject: &Subject,
+    method: Method,
+    rng: &mut ChaCha8Rng,
+    seed: u64,
+) -> anyhow::Result<Option<f64>> {
+    let prepared = subject.key(rng)?;
+    let suspect = prepared.suspect(&document(&attacked(subject.soup(), rng))?);
+    let options = DetectOptions { method: method.into(), seed, ..DetectOptions::default() };
     Ok(prepared.detect(&suspect, &options).ok().map(|detection| detection.log10_p))
 }
 

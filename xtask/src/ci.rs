@@ -1,5 +1,6 @@
 //! `cargo xtask ci`: each step as a person would type it.
 
+use crate::tables::{Method, Tables};
 use anyhow::{Context, bail};
 use std::path::Path;
 use std::process::Command;
@@ -16,8 +17,9 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
     step("cargo doc --workspace --no-deps", &[("RUSTDOCFLAGS", "-D warnings")])?;
     step(MAIN_COMMAND, &[])?;
     if models.join("fandisk.obj").exists() {
-        let tables = crate::tables::Tables::check();
-        crate::tables::run(&tables, models)?;
+        for method in [Method::Paper, Method::Robust] {
+            crate::tables::run(&Tables::check(method), models)?;
+        }
     } else {
         println!("== no models in {}: the tables were not checked", models.display());
     }

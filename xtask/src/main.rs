@@ -1,12 +1,16 @@
 //! What the project's own people run: `cargo xtask VERB`. A file for each verb.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
+mod alignment;
+mod benchmark;
 mod calibrate;
 mod ci;
 mod figures;
+mod marked;
 mod models;
 mod plot;
 mod roc;
+mod subject;
 mod tables;
 
 use clap::{Parser, Subcommand};
@@ -25,6 +29,10 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
+    /// Measure how often suspects are aligned without a hint, and how often the verdict is right.
+    Alignment(alignment::Alignment),
+    /// Run the published benchmark protocol for mesh watermarking (Wang et al. 2010).
+    Benchmark(benchmark::Benchmark),
     /// Compare the false-positive rate that detection promises with the one that it has.
     Calibrate(calibrate::Calibrate),
     /// What CI runs: formatting, lints, tests, documentation, the main command, the recorded tables.
@@ -46,6 +54,8 @@ fn main() -> anyhow::Result<()> {
         .or_else(|| std::env::var_os("SOMBRERO_MODELS").map(PathBuf::from))
         .unwrap_or_else(|| PathBuf::from("models"));
     match cli.verb {
+        Verb::Alignment(args) => alignment::run(&args, &folder),
+        Verb::Benchmark(args) => benchmark::run(&args, &folder),
         Verb::Calibrate(args) => calibrate::run(&args, &folder),
         Verb::Ci => ci::run(&folder),
         Verb::Figures(args) => figures::run(&args, &folder),

@@ -6,21 +6,19 @@
 //! whose P is larger).
 
 use crate::plot::{self, Axis, Panel, Series};
+use crate::subject::Subject;
+use crate::tables::Method;
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
-use nalgebra::Point3;
 use plotters::chart::SeriesLabelPosition;
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::attacks::{Attack, apply};
-use sombrero::basis::Basis;
-use sombrero::extraction::extract;
-use sombrero::io::Document;
-use sombrero::mesh::Soup;
-use sombrero::stats::{WatermarkTestOptions, median, watermark_test, wilson_interval};
-use sombrero::watermark::{Identity, Parameters, Preset, Secret, embed, watermark};
+use sombrero::stats::{median, wilson_interval};
+use sombrero::watermark::Preset;
+use sombrero::{DetectOptions, Step, Suspect};
 use std::path::{Path, PathBuf};
 
 /// How often a mark is missed.
@@ -29,7 +27,10 @@ pub(crate) struct Roc {
     /// Trials for each amplitude; the paper made 200.
     #[arg(long, default_value_t = 200)]
     trials: u32,
-    /// Where `roc.json` and `roc.svg` are written.
+    /// The method; with `paper` the preset is the paper's too.
+    #[arg(long, value_enum, default_value_t = Method::Paper)]
+    method: Method,
+    /// Where `roc.json` and `roc.svg` are written; with the robust method `roc-robust.json` and `roc-robust.svg`.
     #[arg(long, default_value = "docs")]
     out: PathBuf,
 }
@@ -40,46 +41,6 @@ pub(crate) const AMPLITUDES: [(&str, f64); 3] = [("C", 0.002), ("D", 0.0045), ("
 const RATES: [f64; 2] = [1e-3, 1e-6];
 const CONFIDENCE: f64 = 0.95;
 const SEED: u64 = 6;
-
-/// A model of the paper with the basis of its mark.
-pub(crate) struct Subject {
-    pub(crate) document: Document,
-    pub(crate) model: sombrero::Model,
-    pub(crate) basis: Basis,
-    pub(crate) epsilon: f64,
-}
-
-impl Subject {
-    pub(crate) fn read(folder: &Path, file: &str) -> anyhow::Result<Self> {
-        Self::new(Document::read(&folder.join(file)).context("run `cargo xtask models` first")?)
-    }
-
-    pub(crate) fn new(document: Document) -> anyhow::Result<Self> {
-        let model = sombrero::Model::new(&document.soup());
-        let Parameters { basis: options, epsilon } = Preset::Paper.parameters();
-        let basis = model.basis(&options)?;
-        Ok(Self { document, model, basis, epsilon })
-    }
-
-    /// A watermark of a random secret.
-    pub(crate) fn watermark(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
-        let mut secret = [0; 32];
-        rng.fill_bytes(&mut secret);
-        let m = self.basis.functions().len();
-        watermark(self.document.bytes(), &Identity::default(), &Secret(secret), m)
-    }
-
-    /// The model, marked.
-    pub(crate) fn marked(&self, w: &[f64]) -> Soup {
-        let Soup { points, triangles } = self.model.soup();
-        Soup::new(embed(points, &self.basis, w, self.epsilon), triangles.clone())
-    }
-
-    /// w*, from where the model's points were found.
-    pub(crate) fn extract(&self, found: &[Option<Point3<f64>>]) -> anyhow::Result<Vec<Option<f64>>> {
-        Ok(extract(&self.basis, self.epsilon, &self.model.soup().points, found)?.coefficients)
-    }
-}
 
 /// `roc.json`.
 #[derive(Serialize)]
@@ -127,13 +88,17 @@ pub(crate) fn run(args: &Roc, folder: &Path) -> anyhow::Result<()> {
     if args.trials == 0 {
         bail!("a curve needs at least one trial");
     }
-    let fandisk = Subject::read(folder, "fandisk.obj")?;
+    let (preset, suffix) = match args.method {
+        Method::Paper => (Preset::Paper, ""),
+        Method::Robust => (Preset::Robust, "-robust"),
+    };
+    let fandisk = Subject::read(folder, "fandisk.obj", preset)?;
     let bar = ProgressBar::new(u64::from(args.trials) * AMPLITUDES.len() as u64);
     bar.set_style(ProgressStyle::with_template("{elapsed} {bar:40} {pos}/{len} trials, {eta} left")?);
     let curves = (0..).zip(AMPLITUDES).map(|(which, (row, amplitude))| {
         let log10_p = (0..args.trials).into_par_iter().map(|k| {
             let stream = u64::from(which * args.trials + k);
-            trial(&fandisk, amplitude, stream).inspect(|_| bar.inc(1))
+            trial(&fandisk, args.method, amplitude, stream).inspect(|_| bar.inc(1))
         });
         Curve::new(row, amplitude, log10_p.collect::<anyhow::Result<_>>()?)
     });
@@ -141,21 +106,28 @@ pub(crate) fn run(args: &Roc, folder: &Path) -> anyhow::Result<()> {
     bar.finish_and_clear();
     curves.iter().for_each(Curve::print);
     std::fs::create_dir_all(&args.out)?;
-    plot::write(&args.out.join("roc.svg"), (1000, 440), &panels(&curves))?;
+    plot::write(&args.out.join(format!("roc{suffix}.svg")), (1000, 440), &panels(&curves))?;
     let (model, confidence) = ("fandisk", CONFIDENCE);
     let report = Report { figure: 6, model, trials: args.trials, seed: SEED, confidence, curves };
     let text = serde_json::to_string_pretty(&report)? + "\n";
-    Ok(std::fs::write(args.out.join("roc.json"), text)?)
+    Ok(std::fs::write(args.out.join(format!("roc{suffix}.json")), text)?)
 }
 
 /// log10 of the false-positive probability of a fresh mark under fresh noise.
-fn trial(subject: &Subject, amplitude: f64, stream: u64) -> anyhow::Result<f64> {
+fn trial(subject: &Subject, method: Method, amplitude: f64, stream: u64) -> anyhow::Result<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     rng.set_stream(stream);
-    let w = subject.watermark(&mut rng);
-    let attacked = apply(&Attack::Noise { amplitude }, &subject.marked(&w), &mut rng)?;
-    let found: Vec<Option<Point3<f64>>> = attacked.soup.points.into_iter().map(Some).collect();
-    Ok(watermark_test(&w, &subject.extract(&found)?, &WatermarkTestOptions::default())?.log10_p())
+    let (prepared, marked) = subject.marked(&mut rng)?;
+    let attacked = apply(&Attack::Noise { amplitude }, &marked, &mut rng)?;
+    let correspondence = Some(attacked.correspondence(marked.points.len()));
+    let suspect = Suspect { soup: attacked.soup, correspondence };
+    let usual = DetectOptions { method: method.into(), ..DetectOptions::default() };
+    // The paper looked once, at the vertices where they are.
+    let options = match method {
+        Method::Paper => DetectOptions { registration: Step::Never, resampling: Step::Never, ..usual },
+        Method::Robust => usual,
+    };
+    Ok(prepared.detect(&suspect, &options)?.log10_p)
 }
 
 impl Curve {

@@ -13,6 +13,7 @@
 //!
 //! Nothing here knows a watermark (design law 1: what computes w* must not see w).
 
+use crate::system::eigen;
 use nalgebra::{DMatrix, DVector, Point3, SymmetricEigen, Vector3};
 use nalgebra_sparse::CsrMatrix;
 use sombrero_basis::Basis;
@@ -173,7 +174,7 @@ struct PseudoInverse {
 
 impl PseudoInverse {
     fn new(matrix: DMatrix<f64>) -> Self {
-        let eigen = SymmetricEigen::new(matrix);
+        let eigen = eigen(matrix);
         // Eigenvalues are squares of singular values.
         let smallest = eigen.eigenvalues.max() * RANK_TOLERANCE * RANK_TOLERANCE;
         let reciprocal = eigen.eigenvalues.map(|x| if x > smallest && x > 0.0 { 1.0 / x } else { 0.0 });

@@ -271,7 +271,7 @@ impl Solution {
         /// Share of a coefficient (squared) in undetermined directions beyond which it counts as unknown.
         const LARGEST_UNDETERMINED: f64 = 1e-3;
         let m = self.score.len();
-        let eigen = SymmetricEigen::new(self.information.clone());
+        let eigen = eigen(self.information.clone());
         let smallest = RANK_TOLERANCE * eigen.eigenvalues.max();
         let known = |k: usize| eigen.eigenvalues[k] > smallest && eigen.eigenvalues[k] > 0.0;
         let (mut coefficients, mut errors, mut unknown) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
@@ -289,4 +289,18 @@ impl Solution {
         }
         Answer { coefficients, errors }
     }
+}
+
+/// Eigenvalues and eigenvectors of a symmetric, positive semi-definite matrix.
+///
+/// nalgebra's iteration can end in NaN when rows are zero, as those of coefficients that the suspect does not show
+/// are. Such a row is an eigenvector's own: a diagonal entry far below what counts as zero keeps it apart.
+pub(crate) fn eigen(mut matrix: DMatrix<f64>) -> SymmetricEigen<f64, Dyn> {
+    let tiny = 1e-18 * matrix.amax();
+    for i in 0..matrix.nrows() {
+        if matrix.row(i).amax() == 0.0 {
+            matrix[(i, i)] = tiny;
+        }
+    }
+    SymmetricEigen::new(matrix)
 }

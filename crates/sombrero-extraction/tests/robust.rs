@@ -20,7 +20,11 @@ struct Case {
 }
 
 fn case(vertices: usize, coefficients: usize) -> Case {
-    let made = repair(&shapes::bumpy_sphere(vertices));
+    case_of(&shapes::bumpy_sphere(vertices), coefficients)
+}
+
+fn case_of(shape: &Soup, coefficients: usize) -> Case {
+    let made = repair(shape);
     let soup = Soup::new(made.points.clone(), made.mesh.triangles());
     let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
     let options = BasisOptions { coefficients, ..BasisOptions::default() };
@@ -232,4 +236,26 @@ fn nothing_present_says_nothing() {
     assert!(found.coefficients.iter().all(|w| *w == 0.0));
     assert!(found.standard_errors.iter().all(|s| s.is_infinite()));
     assert!(found.precision.iter().all(|p| *p == 0.0));
+}
+
+/// A flat sheet has nothing to do with the surface; whatever comes out is a number.
+#[test]
+fn any_suspect_gives_numbers() {
+    let case = case_of(&shapes::bust(12), 150);
+    let mut flat = shapes::open_sheet(15, 15);
+    flat.points.iter_mut().for_each(|p| p.z = 0.0);
+    let one = |p: [[f64; 3]; 3]| Soup::new(p.map(Point3::from).to_vec(), vec![[0, 1, 2]]);
+    let near = one([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let far = one([[1e9, 0.0, 0.0], [1e9, 1.0, 0.0], [1e9, 0.0, 1.0]]);
+    for suspect in [flat, near, far] {
+        for deformation in [Deformation::Similarity, Deformation::Affine, Deformation::Lattice] {
+            for smoothing in [false, true] {
+                let nuisance = Nuisance { deformation, smoothing };
+                let found = case.extractor.from_surface(&suspect, nuisance, None).unwrap();
+                assert!(found.coefficients.iter().all(|w| w.is_finite()), "{nuisance:?}");
+                assert!(found.precision.iter().all(|p| p.is_finite()), "{nuisance:?}");
+                assert!(found.standard_errors.iter().all(|s| *s >= 0.0) && found.residual_rms.is_finite());
+            }
+        }
+    }
 }

@@ -18,42 +18,24 @@ use argmin::core::{
 };
 use nalgebra::{Point3, Similarity3};
 
+use crate::affine_map::AffineMap;
 use crate::error::{RegistrationError, Side};
 use crate::judge::Judge;
+use crate::motion::Motion;
 use crate::pairs::{self, Pair, Policy, Weights};
+use crate::reference::Reference;
 use crate::register::{Pose, Registration};
 use crate::sample::{Sample, samples};
 use crate::shape::{Shape, to_unit};
-use crate::step;
 
 /// Samples of a trial.
 const TRIAL_SAMPLES: usize = 500;
+/// How far from its counterpart a sample may be in a rough pose, in units of the diagonal.
+pub(crate) const ROUGH_REACH: f64 = 0.3;
 /// Least [`IcpOptions::relative_tolerance`] of all rounds but the last.
 const COARSE_TOLERANCE: f64 = 0.3;
 /// Steps below this move nothing but rounding errors, in units of the diagonal.
 const SMALLEST_STEP: f64 = 1e-13;
-
-/// The unmarked original, prepared once for any number of suspects.
-#[derive(Debug, Clone)]
-pub struct Reference(pub(crate) Shape);
-
-impl Reference {
-    /// Prepares a surface: O(n log n).
-    ///
-    /// Vertices that no triangle uses count for nothing.
-    ///
-    /// # Errors
-    /// [`RegistrationError`] when there is no surface with a shape: no triangles, no area, all in one
-    /// plane, a coordinate that is not finite, a corner that does not exist.
-    pub fn new(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, RegistrationError> {
-        Shape::new(Side::Reference, points, triangles).map(Self)
-    }
-
-    /// Diagonal of the bounding box, in model units: the length that options are relative to.
-    pub fn diagonal(&self) -> f64 {
-        self.0.diagonal
-    }
-}
 
 /// Samples, stopping rule and outlier policy of [`align`].
 #[derive(Debug, Clone, PartialEq)]
@@ -127,12 +109,13 @@ pub fn align(
 ) -> Result<Registration, RegistrationError> {
     options.check()?;
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
-    let start = to_unit(&reference.0, &suspect, start).ok_or(RegistrationError::Start { index: 0 })?;
-    let icp = Icp::new(&reference.0, &suspect, options);
-    let run = icp.all_rounds(start, options.max_iterations);
-    let judge = Judge::fine(&reference.0, &suspect, options);
-    let pose = Pose::new(&reference.0, &suspect, &run.pose, &judge.fit(&run.pose))?;
-    Ok(Registration::new(pose, run.iterations, run.converged, Vec::new()))
+    let start = to_unit(&reference.shape, &suspect, start).ok_or(RegistrationError::Start { index: 0 })?;
+    let icp = Icp::new(&reference.shape, &suspect, options);
+    let run = icp.all_rounds(start, ROUGH_REACH, options.max_iterations);
+    let judge = Judge::fine(&reference.shape, &suspect, options);
+    let fit = judge.fit(&run.pose.map());
+    let pose = Pose::new(&reference.shape, &suspect, &run.pose, &fit)?;
+    Ok(Registration::new(pose, &fit, run.iterations, run.converged, Vec::new()))
 }
 
 /// Samples of one suspect, for any number of starts.
@@ -146,8 +129,8 @@ pub(crate) struct Icp<'a> {
 
 /// Where a run ended, in the unit frames.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Run {
-    pub(crate) pose: Similarity3<f64>,
+pub(crate) struct Run<M> {
+    pub(crate) pose: M,
     pub(crate) iterations: usize,
     pub(crate) converged: bool,
 }
@@ -163,40 +146,41 @@ impl<'a> Icp<'a> {
         }
     }
 
-    /// A few steps on few samples, to see where a start leads.
-    pub(crate) fn trial_round(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
-        let policy = Policy { rejection: self.options.rejection, tukey: None, ..Policy::all(0.1) };
+    /// A few steps on few samples, to see where a start leads. Pairs farther apart than `reach` do not count.
+    pub(crate) fn trial_round<M: Motion>(&self, start: M, reach: f64, max_iterations: usize) -> Run<M> {
+        let policy = Policy { rejection: self.options.rejection, reach, ..Policy::all(0.1) };
         self.run(&self.trial, start, PointToPlane::new(policy, COARSE_TOLERANCE), max_iterations)
     }
 
     /// From a rough pose.
-    fn coarse_round(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
+    pub(crate) fn coarse_round<M: Motion>(&self, start: M, reach: f64, max_iterations: usize) -> Run<M> {
         let IcpOptions { rejection, tukey, relative_tolerance, .. } = *self.options;
         let solver = PointToPlane::new(
-            Policy { rejection, tukey, ..Policy::all(0.05) },
+            Policy { rejection, tukey, reach, ..Policy::all(0.05) },
             relative_tolerance.max(COARSE_TOLERANCE),
         );
         self.run(&self.coarse, start, solver, max_iterations)
     }
 
     /// From where the coarse round ended.
-    fn fine_round(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
+    fn fine_round<M: Motion>(&self, start: M, reach: f64, max_iterations: usize) -> Run<M> {
         let IcpOptions { rejection, tukey, relative_tolerance, .. } = *self.options;
-        let solver = PointToPlane::new(Policy { rejection, tukey, ..Policy::all(0.005) }, relative_tolerance);
+        let policy = Policy { rejection, tukey, reach, ..Policy::all(0.005) };
+        let solver = PointToPlane::new(policy, relative_tolerance);
         self.run(&self.fine, start, solver, max_iterations)
     }
 
     /// All pairs within reach alike, from where the fine round ended.
-    fn uniform_round(&self, start: Run, reach: f64, max_iterations: usize) -> Run {
+    fn uniform_round<M: Motion>(&self, start: Run<M>, reach: f64, max_iterations: usize) -> Run<M> {
         let solver = PointToPlane::new(Policy { reach, ..Policy::all(0.0) }, self.options.relative_tolerance);
         let run = self.run(&self.fine, start.pose, solver, max_iterations);
         Run { iterations: start.iterations + run.iterations, ..run }
     }
 
     /// One after the other.
-    pub(crate) fn all_rounds(&self, start: Similarity3<f64>, max_iterations: usize) -> Run {
-        let coarse = self.coarse_round(start, max_iterations.div_ceil(2));
-        let fine = self.fine_round(coarse.pose, max_iterations - coarse.iterations);
+    pub(crate) fn all_rounds<M: Motion>(&self, start: M, reach: f64, max_iterations: usize) -> Run<M> {
+        let coarse = self.coarse_round(start, reach, max_iterations.div_ceil(2));
+        let fine = self.fine_round(coarse.pose, reach, max_iterations - coarse.iterations);
         let fine = Run { iterations: coarse.iterations + fine.iterations, ..fine };
         match self.options.uniform_reach {
             Some(reach) => self.uniform_round(fine, reach, max_iterations),
@@ -204,9 +188,9 @@ impl<'a> Icp<'a> {
         }
     }
 
-    fn run(&self, samples: &[Sample], start: Similarity3<f64>, solver: PointToPlane, most: usize) -> Run {
+    fn run<M: Motion>(&self, samples: &[Sample], start: M, solver: PointToPlane, most: usize) -> Run<M> {
         let problem = Correspondences { reference: self.reference, samples };
-        let configure = |state: PoseState| state.param(start).max_iters(most as u64);
+        let configure = |state: PoseState<M>| state.param(start).max_iters(most as u64);
         // The solver has no way to fail; staying at the start is what a failure would mean.
         let result = Executor::new(problem, solver).configure(configure).run().ok();
         let mut run = Run { pose: start, iterations: 0, converged: false };
@@ -221,7 +205,7 @@ impl<'a> Icp<'a> {
 }
 
 /// What argmin carries from iteration to iteration: a pose and its cost, no derivatives.
-type PoseState = IterState<Similarity3<f64>, (), (), (), (), f64>;
+type PoseState<M> = IterState<M, (), (), (), (), f64>;
 
 /// The problem: a surface to lie on and samples that should.
 struct Correspondences<'a> {
@@ -247,16 +231,16 @@ impl PointToPlane {
     }
 
     /// The pose after one step from `pose`, and the weighted mean square residual before it.
-    fn advance(&mut self, problem: &Correspondences, pose: &Similarity3<f64>) -> (Similarity3<f64>, f64) {
-        let pairs = pairs::find(problem.reference, problem.samples, pose, &mut self.faces);
+    fn advance<M: Motion>(&mut self, problem: &Correspondences, pose: &M) -> (M, f64) {
+        let pairs = pairs::find(problem.reference, problem.samples, &pose.map(), &mut self.faces);
         let Weights { values, floored } = self.policy.weights(&pairs);
-        let change = step::step(&pairs, &values);
+        let change = M::step(&pairs, &values);
         let cost = mean_square_residual(&pairs, &values);
-        let motion = root_mean_square_motion(&pairs, &change);
+        let motion = root_mean_square_motion(&pairs, &change.map());
         let standard_error = (cost / pairs.len().max(1) as f64).sqrt();
         self.settled = motion <= SMALLEST_STEP || !floored && motion <= self.tolerance * standard_error;
         self.policy.floor /= 2.0;
-        (change * pose, cost)
+        (change.after(pose), cost)
     }
 }
 
@@ -267,12 +251,12 @@ fn mean_square_residual(pairs: &[Pair], weights: &[f64]) -> f64 {
     if total > 0.0 { squares / total } else { f64::INFINITY }
 }
 
-fn root_mean_square_motion(pairs: &[Pair], change: &Similarity3<f64>) -> f64 {
-    let squares: f64 = pairs.iter().map(|pair| (change * pair.p - pair.p).norm_squared()).sum();
+fn root_mean_square_motion(pairs: &[Pair], change: &AffineMap) -> f64 {
+    let squares: f64 = pairs.iter().map(|pair| (change.point(&pair.p) - pair.p).norm_squared()).sum();
     (squares / pairs.len().max(1) as f64).sqrt()
 }
 
-impl Solver<Correspondences<'_>, PoseState> for PointToPlane {
+impl<M: Motion> Solver<Correspondences<'_>, PoseState<M>> for PointToPlane {
     fn name(&self) -> &str {
         "point-to-plane ICP with scale"
     }
@@ -280,14 +264,14 @@ impl Solver<Correspondences<'_>, PoseState> for PointToPlane {
     fn next_iter(
         &mut self,
         problem: &mut Problem<Correspondences<'_>>,
-        state: PoseState,
-    ) -> Result<(PoseState, Option<KV>), Error> {
+        state: PoseState<M>,
+    ) -> Result<(PoseState<M>, Option<KV>), Error> {
         let Some(&pose) = state.get_param() else { return Ok((state, None)) };
         let (pose, cost) = problem.problem("pairs_count", |p| Ok(self.advance(p, &pose)))?;
         Ok((state.param(pose).cost(cost), None))
     }
 
-    fn terminate(&mut self, _: &PoseState) -> TerminationStatus {
+    fn terminate(&mut self, _: &PoseState<M>) -> TerminationStatus {
         if self.settled {
             TerminationStatus::Terminated(TerminationReason::SolverConverged)
         } else {

@@ -10,8 +10,7 @@
 //! or an added part cost a constant instead of ruling the sum. No watermark is seen here, and none may be
 //! (design law 1).
 
-use nalgebra::Similarity3;
-
+use crate::affine_map::AffineMap;
 use crate::icp::IcpOptions;
 use crate::pairs::{self, Pair};
 use crate::sample::{Sample, samples};
@@ -19,6 +18,8 @@ use crate::shape::Shape;
 
 /// Distance from which two surfaces have nothing to do with each other, τ.
 pub(crate) const REACH: f64 = 0.02;
+/// Distance up to which they agree.
+const CLOSE: f64 = REACH / 4.0;
 /// A counterpart on the boundary must be this many median distances close: beyond the rim is nothing.
 const BOUNDARY_MEDIANS: f64 = 4.0;
 /// Samples of a side in a quick look.
@@ -43,6 +44,29 @@ pub(crate) struct Fit {
     pub(crate) overlap: f64,
     /// Share of the suspect's area that has a counterpart.
     pub(crate) suspect_overlap: f64,
+    /// Shares of the areas of reference and suspect that lie within [`CLOSE`] of the other.
+    pub(crate) close: [f64; 2],
+    /// Samples of each side.
+    pub(crate) samples: usize,
+}
+
+impl Fit {
+    /// Share of the two surfaces that lie close to each other, 0 to 1.
+    pub(crate) fn agreement(&self) -> f64 {
+        (self.close[0] + self.close[1]) / 2.0
+    }
+
+    /// Standard error of the score when what has no counterpart is counted by samples: √(p (1 - p) / n) on each side.
+    pub(crate) fn error(&self) -> f64 {
+        let variance = |share: f64| share * (1.0 - share) / self.samples.max(1) as f64;
+        (variance(self.overlap) + variance(self.suspect_overlap)).max(0.0).sqrt() / 2.0
+    }
+
+    /// Of what has a counterpart, the share that is close to it, 0 to 1.
+    pub(crate) fn sharpness(&self) -> f64 {
+        let matched = self.overlap + self.suspect_overlap;
+        if matched > 0.0 { (self.close[0] + self.close[1]) / matched } else { 0.0 }
+    }
 }
 
 impl<'a> Judge<'a> {
@@ -61,29 +85,37 @@ impl<'a> Judge<'a> {
         Self { reference, suspect, reference_samples, suspect_samples: samples(suspect, count) }
     }
 
-    pub(crate) fn fit(&self, pose: &Similarity3<f64>) -> Fit {
-        let there = pairs::find(self.reference, &self.suspect_samples, pose, &mut Vec::new());
-        let back = pairs::find(self.suspect, &self.reference_samples, &pose.inverse(), &mut Vec::new());
-        // Distances in the suspect's frame, back in the reference's.
-        let s = pose.scaling();
-        let score = (mean(&there, |p| loss(p, 1.0)) + mean(&back, |p| loss(p, s))) / 2.0;
+    pub(crate) fn fit(&self, map: &AffineMap) -> Fit {
+        let there = pairs::find(self.reference, &self.suspect_samples, map, &mut Vec::new());
+        let back = self.back(map);
+        let score = (mean(&there, loss) + mean(&back, loss)) / 2.0;
         let rim = BOUNDARY_MEDIANS * pairs::median(there.iter().map(|p| p.distance).collect());
-        let is_matched = |p: &Pair, s: f64| {
-            p.compatible && p.distance * s < REACH && (!p.on_boundary || p.distance * s <= rim)
-        };
-        let matched: Vec<Pair> = there.iter().copied().filter(|p| is_matched(p, 1.0)).collect();
+        let is_matched =
+            |p: &Pair| p.compatible && p.distance < REACH && (!p.on_boundary || p.distance <= rim);
+        let matched: Vec<Pair> = there.iter().copied().filter(is_matched).collect();
         let counted = if matched.is_empty() { &there } else { &matched };
         Fit {
             score,
             rms: mean(counted, |p| p.distance * p.distance).sqrt(),
-            overlap: mean(&back, |p| f64::from(is_matched(p, s))),
+            overlap: mean(&back, |p| f64::from(is_matched(p))),
             suspect_overlap: matched.len() as f64 / there.len().max(1) as f64,
+            samples: self.reference_samples.len(),
+            close: [&back, &there]
+                .map(|pairs| mean(pairs, |p| f64::from(is_matched(p) && p.distance < CLOSE))),
         }
+    }
+
+    /// Pairs from the reference to the suspect, found where the suspect lies, measured where the reference lies.
+    fn back(&self, map: &AffineMap) -> Vec<Pair> {
+        let Some(inverse) = map.inverse() else { return Vec::new() };
+        let mut pairs = pairs::find(self.suspect, &self.reference_samples, &inverse, &mut Vec::new());
+        pairs.iter_mut().for_each(|pair| pair.distance = (map.linear * (pair.p - pair.q)).norm());
+        pairs
     }
 }
 
-fn loss(pair: &Pair, scale: f64) -> f64 {
-    if pair.compatible { (pair.distance * scale / REACH).min(1.0).powi(2) } else { 1.0 }
+fn loss(pair: &Pair) -> f64 {
+    if pair.compatible { (pair.distance / REACH).min(1.0).powi(2) } else { 1.0 }
 }
 
 /// The mean over pairs; 1 of nothing, which has nothing in common with anything.

@@ -18,8 +18,9 @@
 //! the large faces of a machined part, once they lie in their planes, would make both medians zero and the
 //! few faces that could still slide it into place outliers.
 
-use nalgebra::{Point3, Similarity3, Vector3};
+use nalgebra::{Point3, Vector3};
 
+use crate::affine_map::AffineMap;
 use crate::sample::Sample;
 use crate::shape::Shape;
 
@@ -52,14 +53,9 @@ impl Pair {
     }
 }
 
-/// The closest points of `surface` to the samples moved by `pose`. `faces` carries guesses from call to call.
-pub(crate) fn find(
-    surface: &Shape,
-    samples: &[Sample],
-    pose: &Similarity3<f64>,
-    faces: &mut Vec<u32>,
-) -> Vec<Pair> {
-    let moved: Vec<_> = samples.iter().map(|s| pose * s.point).collect();
+/// The closest points of `surface` to the samples moved by `map`. `faces` carries guesses from call to call.
+pub(crate) fn find(surface: &Shape, samples: &[Sample], map: &AffineMap, faces: &mut Vec<u32>) -> Vec<Pair> {
+    let moved: Vec<_> = samples.iter().map(|s| map.point(&s.point)).collect();
     let closest = surface.closest_many(&moved, faces);
     let mut cosines = Vec::with_capacity(samples.len());
     let mut pairs = Vec::with_capacity(samples.len());
@@ -70,7 +66,7 @@ pub(crate) fn find(
         if normal == Vector3::zeros() {
             normal = smooth.try_normalize(0.0).unwrap_or_default();
         }
-        let turned = pose.isometry.rotation * sample.normal;
+        let turned = map.normal(&sample.normal);
         cosines.push(turned.dot(&smooth) / (turned.norm() * smooth.norm()).max(f64::MIN_POSITIVE));
         pairs.push(Pair {
             p,
@@ -118,7 +114,9 @@ impl Policy {
     /// A weight for each pair, 0 to 1.
     pub(crate) fn weights(&self, pairs: &[Pair]) -> Weights {
         let floor = self.floor.max(ROUNDING);
-        let far = self.rejection.map(|k| k * median(pairs.iter().map(|p| p.distance).collect()));
+        // What is out of reach has no say in what is usual.
+        let distances = pairs.iter().map(|p| p.distance).filter(|d| *d <= self.reach);
+        let far = self.rejection.map(|k| k * median(distances.collect()));
         let limit = far.unwrap_or(f64::INFINITY).max(floor).min(self.reach);
         let kept = |p: &Pair| p.compatible && !p.on_boundary && p.distance <= limit;
         let residuals = || pairs.iter().filter(|p| kept(p)).map(|p| p.residual().abs()).collect();

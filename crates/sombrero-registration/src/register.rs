@@ -1,44 +1,39 @@
 //! Registration without a hint: starts, a quick refinement of each, the fit as the judge.
 //!
 //! ```text
-//! starts by moments ─► coarse ICP ─► fit both ways ─► good?  ─► the best few: fine ICP ─► fit ─► the best
-//!                                                       │ no
-//!                      starts all over the rotations ◄──┘
+//! poses by moments ─► ICP on few samples ─► fit both ways ─► good? ─► the best few: ICP on many ─► fit ─► verdict
+//!                                                              │ no
+//!            poses by landmarks that look alike (matching) ◄───┘
 //! ```
 //!
 //! Poses that end in the same place are one. Poses that fit the reference as well as the best, which
 //! symmetric shapes have, are kept: which of them is right only an extraction can tell, and whoever tries
-//! several counts them.
+//! several counts them. When no pose is anything like a fit, the search ends early and says so.
 
 use nalgebra::{Point3, Similarity3};
-use rayon::prelude::*;
 
 use crate::error::{RegistrationError, Side};
-use crate::icp::{Icp, IcpOptions, Reference, Run};
-use crate::judge::{Fit, Judge, REACH};
+use crate::icp::{IcpOptions, ROUGH_REACH};
+use crate::judge::Fit;
+use crate::matching::Matching;
+use crate::orientation::orientations;
+use crate::reference::Reference;
+use crate::search::{Candidate, GOOD, Search};
 use crate::shape::{Shape, to_model, to_unit};
 use crate::start;
+use crate::verdict::is_trusted;
 
-/// Iterations that each start gets before it is judged.
-const TRIAL_ITERATIONS: usize = 15;
-/// Of many starts, this many get them, chosen after the first few.
-const SHORT_LIST: usize = 24;
-const FIRST_ITERATIONS: usize = 5;
-/// A score up to this ends the search: nine tenths of both surfaces agree.
-const GOOD: f64 = 0.1;
-/// Of starts by moments, when one is good as it is, those this much worse are not tried.
-const HOPELESS: f64 = 0.3;
-/// Poses whose points are closer than this on average are the same, in units of the diagonal.
-const SAME: f64 = 0.01;
-/// Poses tell apart when their truncated RMS differs by more than this factor and this length, in units of
-/// the diagonal: about what a mark does to the surface.
-const TOLD_APART: (f64, f64) = (1.5, 5e-4);
+/// Poses by landmarks that are tried on the surfaces themselves.
+const HYPOTHESES: usize = 16;
+/// How far from its counterpart a sample may be in such a pose, in units of the diagonal.
+pub(crate) const HYPOTHESIS_REACH: f64 = 0.05;
 
 /// Where the search starts.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Starts {
-    /// Moments of both surfaces first; then, if no pose fits, rotations from all over.
+    /// Moments of both surfaces first; then, if no pose fits, landmarks that look alike, which also finds the
+    /// place of a suspect that lost a part or to which something was added.
     #[default]
     Auto,
     /// Moments only: fast, and enough for a suspect that is whole.
@@ -54,13 +49,14 @@ pub struct RegisterOptions {
     pub starts: Starts,
     /// How each start is refined.
     pub icp: IcpOptions,
-    /// Alternatives kept at most, besides the best pose. Default 7.
+    /// Alternatives kept at most, besides the best pose. Default 23: a cube
+    /// has so many.
     pub max_alternatives: usize,
 }
 
 impl Default for RegisterOptions {
     fn default() -> Self {
-        Self { starts: Starts::Auto, icp: IcpOptions::default(), max_alternatives: 7 }
+        Self { starts: Starts::Auto, icp: IcpOptions::default(), max_alternatives: 23 }
     }
 }
 
@@ -87,7 +83,7 @@ impl Pose {
         pose: &Similarity3<f64>,
         fit: &Fit,
     ) -> Result<Self, RegistrationError> {
-        let &Fit { score, rms, overlap, suspect_overlap } = fit;
+        let &Fit { score, rms, overlap, suspect_overlap, .. } = fit;
         let reference_from_suspect =
             to_model(reference, suspect, pose).ok_or(RegistrationError::SizeRatio)?;
         Ok(Self { reference_from_suspect, rms: rms * reference.diagonal, overlap, suspect_overlap, score })
@@ -111,14 +107,28 @@ pub struct Registration {
     pub score: f64,
     /// Iterations of the winning pose, coarse and fine.
     pub iterations: usize,
+    /// Share of the two surfaces that lie within half a percent of the reference's diagonal of each other, 0 to 1.
+    pub agreement: f64,
+    /// Of what has a counterpart (within 2 % of the diagonal), the share that is so close to it, 0 to 1.
+    pub sharpness: f64,
+    /// Whether the suspect shows the reference, as far as the surfaces tell: `agreement` is at least 0.4 and
+    /// `sharpness` at least 0.7. A pose that is not trusted is most likely wrong, or the suspect another shape.
+    pub trusted: bool,
     /// Whether the last step was below the tolerance, rather than the last one allowed.
     pub converged: bool,
-    /// Other poses that fit about as well, best first: a symmetric shape has them.
+    /// Other poses that the fit cannot tell from the best, best first: those by which a symmetric original goes
+    /// onto itself, or by which a part of it fits in several places.
     pub alternatives: Vec<Pose>,
 }
 
 impl Registration {
-    pub(crate) fn new(best: Pose, iterations: usize, converged: bool, alternatives: Vec<Pose>) -> Self {
+    pub(crate) fn new(
+        best: Pose,
+        fit: &Fit,
+        iterations: usize,
+        converged: bool,
+        alternatives: Vec<Pose>,
+    ) -> Self {
         let Pose { reference_from_suspect, rms, overlap, suspect_overlap, score } = best;
         Self {
             reference_from_suspect,
@@ -127,6 +137,9 @@ impl Registration {
             suspect_overlap,
             score,
             iterations,
+            agreement: fit.agreement(),
+            sharpness: fit.sharpness(),
+            trusted: is_trusted(fit),
             converged,
             alternatives,
         }
@@ -137,7 +150,7 @@ impl Registration {
 ///
 /// # Errors
 /// [`RegistrationError`] when the suspect has no shape, a start is no similarity, or an option is out of
-/// range. A suspect that is another shape altogether gives a pose with a bad score.
+/// range. A suspect that is another shape altogether gives a pose that is not [trusted](Registration::trusted).
 pub fn register(
     reference: &Reference,
     points: &[Point3<f64>],
@@ -145,18 +158,22 @@ pub fn register(
     options: &RegisterOptions,
 ) -> Result<Registration, RegistrationError> {
     options.icp.check()?;
-    let reference = &reference.0;
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
-    let search = Search::new(reference, &suspect, options);
+    let search = Search::new(&reference.shape, &suspect, options);
     let candidates = match &options.starts {
-        Starts::Auto => search.auto(),
-        Starts::Moments => search.tried(start::by_moments(reference, &suspect)),
-        Starts::Given(starts) => search.tried(given(reference, &suspect, starts)?),
+        Starts::Auto => search.concluded(auto(&search, reference)),
+        Starts::Moments => {
+            search.refined(search.tried(start::by_moments(&reference.shape, &suspect), ROUGH_REACH))
+        }
+        Starts::Given(starts) => {
+            search.refined(search.tried(given(&reference.shape, &suspect, starts)?, ROUGH_REACH))
+        }
     };
-    search.finish(candidates)
+    let candidates = search.with_symmetries(candidates, reference.symmetries());
+    report(&search, &candidates, options.max_alternatives)
 }
 
-fn given(
+pub(crate) fn given(
     reference: &Shape,
     suspect: &Shape,
     starts: &[Similarity3<f64>],
@@ -168,109 +185,30 @@ fn given(
     starts.iter().enumerate().map(unit).collect()
 }
 
-/// A start after refinement.
-#[derive(Debug, Clone, Copy)]
-struct Candidate {
-    run: Run,
-    fit: Fit,
-}
-
-struct Search<'a> {
-    reference: &'a Shape,
-    suspect: &'a Shape,
-    options: &'a RegisterOptions,
-    icp: Icp<'a>,
-}
-
-impl<'a> Search<'a> {
-    fn new(reference: &'a Shape, suspect: &'a Shape, options: &'a RegisterOptions) -> Self {
-        Self { reference, suspect, options, icp: Icp::new(reference, suspect, &options.icp) }
-    }
-
-    fn auto(&self) -> Vec<Candidate> {
-        let mut candidates = self.tried(start::by_moments(self.reference, self.suspect));
-        if candidates.first().is_none_or(|best| best.fit.score > GOOD) {
-            candidates.extend(self.tried(start::all_over(self.reference, self.suspect)));
-            candidates = self.sorted(candidates);
+fn auto(search: &Search, reference: &Reference) -> Vec<Candidate<Similarity3<f64>>> {
+    let mut candidates = search.tried(start::by_moments(search.reference, search.suspect), ROUGH_REACH);
+    for orientation in orientations(search.reference, search.suspect) {
+        if candidates.first().is_some_and(|best| best.fit.score <= GOOD) {
+            break;
         }
-        candidates
-    }
-
-    /// Each start after a coarse round, best first, without repetitions.
-    fn tried(&self, starts: Vec<Similarity3<f64>>) -> Vec<Candidate> {
-        let judge = Judge::coarse(self.reference, self.suspect);
-        let trials = |starts: Vec<Similarity3<f64>>, most: usize| {
-            let most = most.min(self.options.icp.max_iterations);
-            let trial = |start| {
-                let run = self.icp.trial_round(start, most);
-                Candidate { run, fit: judge.fit(&run.pose) }
-            };
-            self.sorted(starts.into_par_iter().map(trial).collect())
-        };
-        let mut starts = hopeful(&judge, starts);
-        if starts.len() > SHORT_LIST {
-            starts = trials(starts, FIRST_ITERATIONS).iter().map(|c| c.run.pose).take(SHORT_LIST).collect();
-        }
-        trials(starts, TRIAL_ITERATIONS)
-    }
-
-    /// Refines those that may yet turn out best, and reports.
-    fn finish(&self, mut candidates: Vec<Candidate>) -> Result<Registration, RegistrationError> {
-        candidates = comparable(candidates);
-        candidates.truncate(self.options.max_alternatives + 1);
-        let judge = Judge::fine(self.reference, self.suspect, &self.options.icp);
-        let refine = |candidate: Candidate| {
-            let left = self.options.icp.max_iterations.saturating_sub(candidate.run.iterations);
-            let mut run = self.icp.all_rounds(candidate.run.pose, left);
-            run.iterations += candidate.run.iterations;
-            Candidate { run, fit: judge.fit(&run.pose) }
-        };
-        let refined: Vec<_> = candidates.into_par_iter().map(refine).collect();
-        let refined = comparable(self.sorted(refined));
-        let poses = refined.iter().map(|c| Pose::new(self.reference, self.suspect, &c.run.pose, &c.fit));
-        let mut poses = poses.collect::<Result<Vec<_>, _>>()?.into_iter();
-        let (Some(best), Some(pose)) = (refined.first(), poses.next()) else {
-            return Err(RegistrationError::NoStarts);
-        };
-        Ok(Registration::new(pose, best.run.iterations, best.run.converged, poses.collect()))
-    }
-
-    /// Best first; of candidates in the same place, the best.
-    fn sorted(&self, mut candidates: Vec<Candidate>) -> Vec<Candidate> {
-        candidates.sort_by(|a, b| a.fit.score.total_cmp(&b.fit.score));
-        let mut kept: Vec<Candidate> = Vec::new();
-        for candidate in candidates {
-            if kept.iter().all(|k| self.apart(&k.run.pose, &candidate.run.pose) > SAME) {
-                kept.push(candidate);
-            }
-        }
-        kept
-    }
-
-    /// Root mean square distance between the suspect in two poses.
-    fn apart(&self, a: &Similarity3<f64>, b: &Similarity3<f64>) -> f64 {
-        let samples = self.icp.coarse.iter().step_by(16);
-        let count = samples.len().max(1) as f64;
-        (samples.map(|s| (a * s.point - b * s.point).norm_squared()).sum::<f64>() / count).sqrt()
-    }
-}
-
-/// The starts that are worth a trial: all of them, unless one fits so well that others need not be asked.
-fn hopeful(judge: &Judge, starts: Vec<Similarity3<f64>>) -> Vec<Similarity3<f64>> {
-    let scores: Vec<f64> = starts.par_iter().map(|start| judge.fit(start).score).collect();
-    let best = scores.iter().copied().fold(1.0, f64::min);
-    let limit = if best <= GOOD { best + HOPELESS } else { f64::INFINITY };
-    starts.into_iter().zip(scores).filter(|(_, score)| *score <= limit).map(|(start, _)| start).collect()
-}
-
-/// Those that the fit cannot tell from the best, which comes first.
-fn comparable(mut candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let rms = |c: &Candidate| REACH * c.fit.score.sqrt();
-    if let Some(best) = candidates.first().map(rms) {
-        let (factor, length) = TOLD_APART;
-        candidates.retain(|c| rms(c) <= factor * best + length);
+        let matching = Matching::new(reference, search.suspect, *orientation);
+        candidates.extend(search.tried(matching.poses(HYPOTHESES), HYPOTHESIS_REACH));
+        candidates = search.sorted(candidates);
     }
     candidates
+}
+
+fn report(
+    search: &Search,
+    candidates: &[Candidate<Similarity3<f64>>],
+    most: usize,
+) -> Result<Registration, RegistrationError> {
+    let poses = candidates.iter().map(|c| Pose::new(search.reference, search.suspect, &c.run.pose, &c.fit));
+    let mut poses = poses.take(most + 1).collect::<Result<Vec<_>, _>>()?.into_iter();
+    let (Some(best), Some(pose)) = (candidates.first(), poses.next()) else {
+        return Err(RegistrationError::NoStarts);
+    };
+    Ok(Registration::new(pose, &best.fit, best.run.iterations, best.run.converged, poses.collect()))
 }
 
 #[cfg(test)]

@@ -22,6 +22,15 @@ pub(crate) struct Sample {
     pub(crate) point: Point3<f64>,
     /// Smoothed over the neighbouring faces; not normalised.
     pub(crate) normal: Vector3<f64>,
+    /// That of its triangle, of length 1 or, for a triangle without area, 0.
+    pub(crate) face_normal: Vector3<f64>,
+}
+
+impl Sample {
+    /// With the normal's length 1, or 0 where there is none.
+    pub(crate) fn with_unit_normal(self) -> Self {
+        Self { normal: self.normal.try_normalize(0.0).unwrap_or_default(), ..self }
+    }
 }
 
 /// `count` samples, each standing for the same area.
@@ -35,10 +44,22 @@ pub(crate) fn samples(shape: &Shape, count: usize) -> Vec<Sample> {
         while out.len() < count && (out.len() as f64 + 0.5) * share < passed {
             let w = weights(out.len());
             let point = Point3::from(a.coords * w[0] + b.coords * w[1] + c.coords * w[2]);
-            out.push(Sample { point, normal: shape.smooth_normal(face, w) });
+            let (normal, face_normal) = (shape.smooth_normal(face, w), shape.face_normal(face));
+            out.push(Sample { point, normal, face_normal });
         }
     }
     out
+}
+
+/// Samples with normals of length `orientation`, in an order in which the first few are spread all over: by
+/// multiples of the golden section.
+pub(crate) fn scattered(shape: &Shape, count: usize, orientation: f64) -> Vec<Sample> {
+    let samples = samples(shape, count);
+    let key = |i: usize| (i as f64 * 0.618_033_988_749_894_9).fract();
+    let mut order: Vec<usize> = (0..samples.len()).collect();
+    order.sort_by(|&a, &b| key(a).total_cmp(&key(b)));
+    let turned = |s: Sample| Sample { normal: s.normal * orientation, ..s };
+    order.into_iter().map(|i| turned(samples[i].with_unit_normal())).collect()
 }
 
 fn weights(i: usize) -> [f64; 3] {

@@ -44,7 +44,8 @@ pub(crate) fn step(pairs: &[Pair], weights: &[f64]) -> Similarity3<f64> {
     }
 }
 
-fn weighted_centre(pairs: &[Pair], weights: &[f64]) -> Option<Vector3<f64>> {
+/// Where the pairs' weights balance; `None` without weight.
+pub(crate) fn weighted_centre(pairs: &[Pair], weights: &[f64]) -> Option<Vector3<f64>> {
     let total: f64 = weights.iter().sum();
     let sum: Vector3<f64> = pairs.iter().zip(weights).map(|(pair, w)| pair.p.coords * *w).sum();
     (total > 0.0).then(|| sum / total)

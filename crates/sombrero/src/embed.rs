@@ -149,8 +149,8 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
         return Err(EmbedError::NoFaces);
     }
     let basis = seconds.time("basis", || match model.basis(&basis_options) {
-        Err(BasisError::TooFewSplits { available, .. }) if options.fewer_if_small && available >= FEWEST => {
-            model.basis(&BasisOptions { coefficients: available, ..basis_options })
+        Err(BasisError::TooFewSplits { available, .. }) if options.fewer_if_small => {
+            model.basis(&BasisOptions { coefficients: available.max(FEWEST), ..basis_options })
         }
         basis => basis,
     })?;
@@ -174,9 +174,20 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
         distortion: distortion(&model, &moved),
         log10_p,
         seconds,
-        warnings: crate::info::repair_notes(&model.repaired().report),
+        warnings: warnings(&model, basis_options.coefficients, key.watermark.len()),
     };
     Ok(Marked { bytes, key, report })
+}
+
+/// What was mended, and whether the mesh is small.
+fn warnings(model: &Model, wanted: usize, carried: usize) -> Vec<String> {
+    let mut notes = crate::info::repair_notes(&model.repaired().report);
+    if carried < wanted {
+        notes.push(format!(
+            "The mesh is small: it carries {carried} coefficients, not {wanted}, which survive less."
+        ));
+    }
+    notes
 }
 
 fn read_back(model: &Model, basis: &Basis, key: &Key, bytes: &[u8]) -> Result<f64, EmbedError> {

@@ -8,11 +8,15 @@ use std::time::Instant;
 pub struct Stages(pub Vec<(&'static str, f64)>);
 
 impl Stages {
-    /// Runs `work` and notes its time under `name`.
+    /// Runs `work` and adds its time to that of the stage `name`.
     pub(crate) fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
-        self.0.push((name, start.elapsed().as_secs_f64()));
+        let seconds = start.elapsed().as_secs_f64();
+        match self.0.iter_mut().find(|stage| stage.0 == name) {
+            Some(stage) => stage.1 += seconds,
+            None => self.0.push((name, seconds)),
+        }
         result
     }
 

@@ -20,7 +20,7 @@ pub(super) fn draw(folder: &Path) -> anyhow::Result<Image> {
     let usual =
         RenderOptions { width: 400, height: 380, camera: Some(bunny.camera()), ..RenderOptions::default() };
     let marked = bunny.marked();
-    let heat = RenderOptions { heat_map: Some(heat(bunny.original(), &marked)), ..usual.clone() };
+    let heat = RenderOptions { heat_map: Some(heat(bunny.original(), marked)), ..usual.clone() };
 
     let attacked = bunny.attacked(ATTACK)?;
     let registered = registered(bunny.original(), &attacked)?;
@@ -31,7 +31,7 @@ pub(super) fn draw(folder: &Path) -> anyhow::Result<Image> {
 
     let pictures = [
         picture(bunny.original(), &usual),
-        picture(&marked, &usual),
+        picture(marked, &usual),
         picture(bunny.original(), &heat),
         picture(&attacked, &elsewhere),
         picture(&registered, &facets),

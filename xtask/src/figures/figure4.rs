@@ -38,7 +38,7 @@ fn column(folder: &Path, name: &str, attacks: &[&str]) -> anyhow::Result<Image> 
             RenderOptions { width: 330, height: 300, camera: Some(camera), ..RenderOptions::default() };
         picture(soup, &options)
     };
-    let mut pictures = vec![drawn(&exhibit.marked(), false)];
+    let mut pictures = vec![drawn(exhibit.marked(), false)];
     for specs in attacks {
         pictures.push(drawn(&exhibit.attacked(specs)?, specs.contains("transform")));
     }

@@ -7,7 +7,7 @@ mod figure4;
 mod figure5;
 mod tubes;
 
-use crate::roc::Subject;
+use crate::subject::Subject;
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::{Point3, Vector3};
 use rand::SeedableRng;
@@ -15,6 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Attack, apply_all};
 use sombrero::mesh::Soup;
 use sombrero::render::{Camera, Image, RenderOptions, Wireframe, render, used_points};
+use sombrero::watermark::Preset;
 use std::path::{Path, PathBuf};
 
 /// Which figures.
@@ -57,7 +58,7 @@ pub(crate) fn run(args: &Figures, folder: &Path) -> anyhow::Result<()> {
 /// A model of the paper with its mark, and where it is looked at from.
 struct Exhibit {
     subject: Subject,
-    w: Vec<f64>,
+    marked: Soup,
     direction: Vector3<f64>,
     up: Vector3<f64>,
 }
@@ -70,23 +71,23 @@ impl Exhibit {
             "dragon" => ("dragon.obj", Vector3::new(-1.0, -0.25, -0.45), Vector3::y()),
             _ => ("bunny.ply", Vector3::new(-0.2, -0.25, -1.0), Vector3::y()),
         };
-        let subject = Subject::read(folder, file)?;
-        let w = subject.watermark(&mut rng());
-        Ok(Self { subject, w, direction, up })
+        let subject = Subject::read(folder, file, Preset::Paper)?;
+        let marked = subject.marked(&mut rng())?.1;
+        Ok(Self { subject, marked, direction, up })
     }
 
     fn original(&self) -> &Soup {
-        self.subject.model.soup()
+        self.subject.soup()
     }
 
-    fn marked(&self) -> Soup {
-        self.subject.marked(&self.w)
+    fn marked(&self) -> &Soup {
+        &self.marked
     }
 
     /// The marked model after attacks given as specs.
     fn attacked(&self, specs: &str) -> anyhow::Result<Soup> {
         let attacks: Vec<Attack> = specs.split(' ').map(str::parse).collect::<Result<_, _>>()?;
-        Ok(apply_all(&attacks, &self.marked(), &mut rng())?.soup)
+        Ok(apply_all(&attacks, self.marked(), &mut rng())?.soup)
     }
 
     /// The view that frames the original.

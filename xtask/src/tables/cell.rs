@@ -1,5 +1,7 @@
 //! The trials of one cell together.
 
+use super::Method;
+use super::beyond::BEYOND;
 use super::paper::{ROWS, Row, table2};
 use super::trial::Trial;
 use anyhow::Context;
@@ -66,7 +68,9 @@ impl Cell {
     }
 }
 
-/// The rows with these letters, all of them when none is named.
-pub(crate) fn rows(letters: &[String]) -> Vec<&'static Row> {
-    ROWS.iter().filter(|row| letters.is_empty() || letters.iter().any(|l| l == row.letter)).collect()
+/// The rows with these letters, all of them when none is named: the paper's, and for the robust method more.
+pub(crate) fn rows(method: Method, letters: &[String]) -> Vec<&'static Row> {
+    let beyond = if method == Method::Robust { &BEYOND[..] } else { &[] };
+    let all = ROWS.iter().chain(beyond);
+    all.filter(|row| letters.is_empty() || letters.iter().any(|l| l == row.letter)).collect()
 }

@@ -33,8 +33,16 @@ impl Journal {
         Ok(Self { done, file: Mutex::new(file) })
     }
 
-    pub(crate) fn find(&self, model: &str, basis: &str, row: &str, seed: u64) -> Option<&Trial> {
-        self.done.iter().find(|t| t.model == model && t.basis == basis && t.row == row && t.seed == seed)
+    pub(crate) fn find(
+        &self,
+        method: &str,
+        model: &str,
+        basis: &str,
+        row: &str,
+        seed: u64,
+    ) -> Option<&Trial> {
+        let same = |t: &&Trial| t.method == method && t.model == model && t.basis == basis;
+        self.done.iter().filter(same).find(|t| t.row == row && t.seed == seed)
     }
 
     pub(crate) fn add(&self, trial: &Trial) -> anyhow::Result<()> {

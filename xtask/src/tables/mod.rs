@@ -1,9 +1,10 @@
 //! `cargo xtask tables`: the paper's Tables 1, 2 and 3, ours beside its.
 
+mod beyond;
 mod cell;
 mod check;
 mod journal;
-mod paper;
+pub(crate) mod paper;
 mod show;
 mod times;
 mod trial;
@@ -16,7 +17,7 @@ use paper::{MODELS, Model, Row, TABLE2};
 use rayon::prelude::*;
 use sombrero::basis::BasisFunction;
 use std::path::{Path, PathBuf};
-use trial::{Marked, Trial};
+use trial::{Subject, Trial};
 
 /// What to recompute.
 #[derive(clap::Args)]
@@ -24,18 +25,18 @@ pub(crate) struct Tables {
     /// Seeds for each cell.
     #[arg(long, default_value_t = 5)]
     runs: u64,
-    /// The method; this version has the paper's alone.
-    #[arg(long, default_value = "paper", value_parser = ["paper"])]
-    method: String,
+    /// The method; with `paper` the preset is the paper's too.
+    #[arg(long, value_enum, default_value_t = Method::Paper)]
+    method: Method,
     /// Models, separated by commas. Default: all four.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// Rows of Table 1, separated by commas. Default: all.
     #[arg(long, value_delimiter = ',')]
     rows: Vec<String>,
-    /// Where the tables are written, or are recorded.
-    #[arg(long, default_value = "docs/tables")]
-    out: PathBuf,
+    /// Where the tables are written, or are recorded. Default: docs/tables for the paper's method, docs/tables/robust.
+    #[arg(long)]
+    out: Option<PathBuf>,
     /// Recompute what fits in CI's time, compare with the recorded tables, write nothing.
     #[arg(long)]
     check: bool,
@@ -43,15 +44,38 @@ pub(crate) struct Tables {
 
 impl Tables {
     /// What CI checks.
-    pub(crate) fn check() -> Self {
-        let nothing = Vec::new;
-        let out = "docs/tables".into();
-        Self { runs: 5, method: "paper".into(), only: nothing(), rows: nothing(), out, check: true }
+    pub(crate) fn check(method: Method) -> Self {
+        Self { runs: 5, method, only: Vec::new(), rows: Vec::new(), out: None, check: true }
+    }
+
+    fn folder(&self) -> PathBuf {
+        let usual = match self.method {
+            Method::Paper => "docs/tables",
+            Method::Robust => "docs/tables/robust",
+        };
+        self.out.clone().unwrap_or_else(|| usual.into())
+    }
+}
+
+/// The method, as the command line has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Method {
+    Paper,
+    Robust,
+}
+
+impl From<Method> for sombrero::Method {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Paper => Self::Paper,
+            Method::Robust => Self::Robust,
+        }
     }
 }
 
 /// A model with a mark, and the rows to try on it.
 struct Job {
+    method: sombrero::Method,
     model: &'static Model,
     function: BasisFunction,
     seed: u64,
@@ -60,16 +84,16 @@ struct Job {
 
 pub(crate) fn run(args: &Tables, folder: &Path) -> anyhow::Result<()> {
     let models = models(&args.only)?;
-    let mut wanted = rows(&args.rows);
+    let mut wanted = rows(args.method, &args.rows);
     if args.check {
         wanted.retain(|row| check::is_quick(row));
     }
     if wanted.is_empty() {
         bail!("no row of Table 1 is called {}", args.rows.join(" or "));
     }
-    let jobs = jobs(&models, &wanted, args.runs);
+    let jobs = jobs(args.method.into(), &models, &wanted, args.runs);
     let trials = compute(&jobs, folder)?;
-    let (mut table1, mut table2) = (Vec::new(), Vec::new());
+    let (mut table1, mut table2, mut beyond) = (Vec::new(), Vec::new(), Vec::new());
     for model in &models {
         for row in &wanted {
             for function in BasisFunction::ALL {
@@ -78,17 +102,18 @@ pub(crate) fn run(args: &Tables, folder: &Path) -> anyhow::Result<()> {
                     table2.push(cell.clone());
                 }
                 if function == BasisFunction::Sombrero {
-                    table1.push(cell);
+                    if row.is_beyond() { beyond.push(cell) } else { table1.push(cell) }
                 }
             }
         }
     }
     if args.check {
-        return check::check(&args.out, &table1, &table2);
+        return check::check(&args.folder(), &table1, &table2);
     }
     let table3 =
         models.iter().map(|model| times::measure(folder, model)).collect::<anyhow::Result<Vec<_>>>()?;
-    show::write(&args.out, args.runs, &table1, &table2, &table3)
+    let method: sombrero::Method = args.method.into();
+    show::write(&args.folder(), method.name(), args.runs, [&table1, &table2, &beyond], &table3)
 }
 
 fn models(only: &[String]) -> anyhow::Result<Vec<&'static Model>> {
@@ -104,7 +129,7 @@ fn in_table2(model: &Model, row: &Row) -> bool {
 }
 
 /// The large models first, so that the last job is a short one.
-fn jobs(models: &[&'static Model], wanted: &[&'static Row], runs: u64) -> Vec<Job> {
+fn jobs(method: sombrero::Method, models: &[&'static Model], wanted: &[&'static Row], runs: u64) -> Vec<Job> {
     let mut jobs = Vec::new();
     for &model in models.iter().rev() {
         for function in BasisFunction::ALL.into_iter().rev() {
@@ -112,7 +137,7 @@ fn jobs(models: &[&'static Model], wanted: &[&'static Row], runs: u64) -> Vec<Jo
             let rows: Vec<&'static Row> =
                 wanted.iter().copied().filter(|row| sombrero || in_table2(model, row)).collect();
             if !rows.is_empty() {
-                jobs.extend((0..runs).map(|seed| Job { model, function, seed, rows: rows.clone() }));
+                jobs.extend((0..runs).map(|seed| Job { method, model, function, seed, rows: rows.clone() }));
             }
         }
     }
@@ -125,15 +150,18 @@ fn compute(jobs: &[Job], folder: &Path) -> anyhow::Result<Vec<Trial>> {
     let bar = ProgressBar::new(jobs.iter().map(|job| job.rows.len() as u64).sum());
     bar.set_style(ProgressStyle::with_template("{elapsed} {bar:40} {pos}/{len} trials, {eta} left")?);
     let trials = jobs.par_iter().map(|job| {
-        let known =
-            |row: &&Row| journal.find(job.model.name, job.function.name(), row.letter, job.seed).cloned();
-        let (mut done, mut marked) = (Vec::new(), None);
+        let known = |row: &&Row| {
+            journal
+                .find(job.method.name(), job.model.name, job.function.name(), row.letter, job.seed)
+                .cloned()
+        };
+        let (mut done, mut marked) = (Vec::new(), None::<Subject>);
         for row in &job.rows {
             if let Some(trial) = known(row) {
                 done.push(trial);
             } else {
                 if marked.is_none() {
-                    marked = Some(Marked::new(folder, job.model, job.function, job.seed)?);
+                    marked = Some(Subject::new(folder, job.method, job.model, job.function, job.seed)?);
                 }
                 if let Some(marked) = &marked {
                     let trial = marked.trial(row)?;

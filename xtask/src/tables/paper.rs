@@ -31,7 +31,7 @@ pub(crate) struct Row {
 
 /// How the paper looked at a row's suspects.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Steps {
+pub(crate) enum Steps {
     Neither,
     Registration,
     Resampling,
@@ -69,7 +69,7 @@ pub(crate) const ROWS: [Row; 20] = [
     ),
 ];
 
-const fn row(
+pub(crate) const fn row(
     letter: &'static str,
     name: &'static str,
     attack: &'static str,
@@ -88,6 +88,11 @@ const fn row(
 }
 
 impl Row {
+    /// Whether the paper has no such row.
+    pub(crate) fn is_beyond(&self) -> bool {
+        self.paper.iter().all(|p| *p == 0.0) && !self.letter.ends_with('\'')
+    }
+
     /// The paper's figure for a model; rows K' and O' have none.
     pub(crate) fn paper_log10_p(&self, model: &str) -> Option<f64> {
         let column = MODELS.iter().position(|m| m.name == model)?;

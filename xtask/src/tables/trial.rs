@@ -1,33 +1,27 @@
 //! One trial: a model, a basis, a seed and a row of Table 1.
 
 use super::paper::{Model, Row};
-use anyhow::Context;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use crate::marked::{Marked, read};
 use serde::{Deserialize, Serialize};
-use sombrero::attacks::{Attack, apply_all};
 use sombrero::basis::{BasisFunction, BasisOptions};
-use sombrero::io::Document;
-use sombrero::mesh::Soup;
-use sombrero::watermark::{Distortion, Identity, Key, Parameters, Preset, Secret, embed};
-use sombrero::{DetectOptions, Prepared, Step, Suspect};
+use sombrero::watermark::{Parameters, Preset};
+use sombrero::{DetectOptions, Method, Step};
 use std::path::Path;
 use std::time::Instant;
 
-/// An original, marked with one seed's watermark.
-pub(crate) struct Marked {
-    pub(crate) model: &'static str,
-    pub(crate) function: BasisFunction,
-    pub(crate) seed: u64,
-    prepared: Prepared,
-    soup: Soup,
-    relative_max: f64,
-    relative_rms: f64,
+/// A marked model and how it is looked at.
+pub(crate) struct Subject {
+    method: Method,
+    model: &'static str,
+    function: BasisFunction,
+    seed: u64,
+    marked: Marked,
 }
 
 /// What one trial gave.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Trial {
+    pub(crate) method: String,
     pub(crate) model: String,
     pub(crate) basis: String,
     pub(crate) row: String,
@@ -38,59 +32,50 @@ pub(crate) struct Trial {
     pub(crate) seconds: f64,
 }
 
-impl Marked {
+/// The preset that goes with a method, with this basis function.
+fn parameters(method: Method, function: BasisFunction) -> Parameters {
+    let preset = if method == Method::Paper { Preset::Paper } else { Preset::Robust };
+    let Parameters { basis, epsilon } = preset.parameters();
+    Parameters { basis: BasisOptions { function, ..basis }, epsilon }
+}
+
+impl Subject {
     pub(crate) fn new(
         folder: &Path,
+        method: Method,
         model: &Model,
         function: BasisFunction,
         seed: u64,
     ) -> anyhow::Result<Self> {
-        let document = Document::read(&folder.join(model.file)).context("run `cargo xtask models` first")?;
-        let surface = sombrero::Model::new(&document.soup());
-        let Parameters { basis: usual, epsilon } = Preset::Paper.parameters();
-        let parameters = Parameters { basis: BasisOptions { function, ..usual }, epsilon };
-        let basis = surface.basis(&parameters.basis)?;
-        let secret = Secret([u8::try_from(seed).context("at most 256 seeds")?; 32]);
-        let key = Key::new(document.bytes(), Identity::default(), secret, &parameters, &basis);
-        let Soup { points, triangles } = surface.soup();
-        let marked = embed(points, &basis, &key.watermark, epsilon);
-        let Distortion { max, rms } = Distortion::between(points, &marked);
-        let side = surface.largest_side();
-        Ok(Self {
-            model: model.name,
-            function,
-            seed,
-            prepared: Prepared::new(&document, key)?,
-            soup: Soup::new(marked, triangles.clone()),
-            relative_max: max / side,
-            relative_rms: rms / side,
-        })
+        let marked = Marked::new(&read(folder, model.file)?, &parameters(method, function), seed)?;
+        Ok(Self { method, model: model.name, function, seed, marked })
     }
 
-    /// Attacks the marked mesh and looks for the mark, with the steps that the paper's row took.
+    /// Attacks the marked mesh and looks for the mark: the paper's method with the steps that the paper's row
+    /// took, the robust one without being told anything but the correspondence where the paper knew it.
     pub(crate) fn trial(&self, row: &Row) -> anyhow::Result<Trial> {
         let start = Instant::now();
-        let attacks: Vec<Attack> = row.attack.split(' ').map(str::parse).collect::<Result<_, _>>()?;
-        let attacked = apply_all(&attacks, &self.soup, &mut ChaCha8Rng::seed_from_u64(self.seed))?;
-        let correspondence = (!row.resampling).then(|| attacked.correspondence(self.soup.points.len()));
+        let attacked = self.marked.attacked(row.attack, self.seed)?;
         let step = |taken: bool| if taken { Step::Always } else { Step::Never };
-        let options = DetectOptions {
-            registration: step(row.registration),
-            resampling: step(row.resampling),
-            seed: self.seed,
-            ..DetectOptions::default()
+        let usual = DetectOptions { method: self.method, seed: self.seed, ..DetectOptions::default() };
+        let options = match self.method {
+            Method::Paper => DetectOptions {
+                registration: step(row.registration),
+                resampling: step(row.resampling),
+                ..usual
+            },
+            _ => usual,
         };
-        let suspect = Suspect { soup: attacked.soup, correspondence };
-        // A suspect that cannot be registered is one in which nothing was found.
-        let log10_p = self.prepared.detect(&suspect, &options).map_or(0.0, |detection| detection.log10_p);
+        let log10_p = self.marked.look(attacked, !row.resampling, &options);
         Ok(Trial {
+            method: self.method.name().into(),
             model: self.model.into(),
             basis: self.function.to_string(),
             row: row.letter.into(),
             seed: self.seed,
             log10_p,
-            relative_max: self.relative_max,
-            relative_rms: self.relative_rms,
+            relative_max: self.marked.relative_max,
+            relative_rms: self.marked.relative_rms,
             seconds: start.elapsed().as_secs_f64(),
         })
     }

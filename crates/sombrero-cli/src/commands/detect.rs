@@ -11,10 +11,6 @@ use sombrero::{DetectError, DetectOptions, Detection, Prepared};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Detect) -> Result<Answer, Failure> {
-    if args.method == Method::Robust {
-        let message = "--method robust is not there yet; this version has --method paper";
-        return Err(Failure::new("unavailable", message));
-    }
     let outputs: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
     files::check_outputs(&outputs, &[&args.suspect, &args.original, &args.key], args.force)?;
     let _progress = Progress::new(format!("looking at {}", args.suspect.display()));
@@ -22,6 +18,7 @@ pub(crate) fn run(args: &Detect) -> Result<Answer, Failure> {
     let original = Document::read(&args.original)?;
     let suspect = Document::read(&args.suspect)?;
     let options = DetectOptions {
+        method: method(args.method),
         registration: step(args.registration),
         resampling: step(args.resampling),
         threshold: args.threshold,
@@ -54,10 +51,11 @@ fn report(
     let [original_file, suspect_file, key_file] =
         std::array::from_fn(|i| FileLabel { name: &names[i], sha256: &hashes[i] });
     let command = format!(
-        "sombrero detect {} --original {} --key {} --threshold {:e} --registration {} --resampling {} --seed {}",
+        "sombrero detect {} --original {} --key {} --method {} --threshold {:e} --registration {} --resampling {} --seed {}",
         quoted(&names[1]),
         quoted(&names[0]),
         quoted(&names[2]),
+        method(args.method).name(),
         args.threshold,
         word(args.registration),
         word(args.resampling),
@@ -97,6 +95,13 @@ fn quoted(word: &str) -> String {
     }
 }
 
+fn method(method: Method) -> sombrero::Method {
+    match method {
+        Method::Robust => sombrero::Method::Robust,
+        Method::Paper => sombrero::Method::Paper,
+    }
+}
+
 fn step(step: Step) -> sombrero::Step {
     match step {
         Step::Auto => sombrero::Step::Auto,
@@ -118,7 +123,6 @@ fn failure(args: &Detect, error: &DetectError) -> Failure {
 
 fn text(args: &Detect, d: &Detection) -> String {
     let verdict = if d.detected { "FOUND: the mark is in" } else { "NOT FOUND: the mark was not found in" };
-    let step = |yes: bool, name: &str| format!("{} {name}", if yes { "with" } else { "without" });
     let mut lines = vec![
         format!("{verdict} {}", args.suspect.display()),
         format!(
@@ -128,14 +132,26 @@ fn text(args: &Detect, d: &Detection) -> String {
         ),
         format!("  correlation   {:.4} over {} coefficients", d.correlation, d.coefficients_used),
         format!("  coverage      {:.1} % of the original's area", 100.0 * d.coverage),
-        format!(
-            "  method        {}, {}, {}",
-            d.method,
-            step(d.variant.registration, "registration"),
-            step(d.variant.resampling, "resampling")
-        ),
+        format!("  method        {}", how(d)),
         format!("  seconds       {:.2}", d.seconds.total()),
     ];
     lines.extend(d.warnings.iter().map(|w| format!("  note          {w}")));
     lines.join("\n")
+}
+
+/// The variant that won, in words.
+fn how(d: &Detection) -> String {
+    let v = &d.variant;
+    let step = |yes: bool, name: &str| format!("{} {name}", if yes { "with" } else { "without" });
+    let registration = step(v.registration, "registration");
+    match d.method {
+        sombrero::Method::Paper => format!("paper, {registration}, {}", step(v.resampling, "resampling")),
+        _ => {
+            let compared = if v.resampling { "surfaces" } else { "vertices" };
+            format!(
+                "robust, {registration}, {compared} compared; solved for: {}; best of {} variants",
+                v.nuisance, d.variants_counted
+            )
+        }
+    }
 }

@@ -1,20 +1,43 @@
 //! Looks for a mark in a suspect file.
 
+mod paper;
+mod robust;
+
 use crate::timing::Stages;
 use crate::{Model, Suspect};
-use nalgebra::{Point3, Similarity3};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use nalgebra::{Matrix4, Point3};
 use serde::Serialize;
 use sombrero_basis::{Basis, BasisError};
-use sombrero_extraction::{ExtractError, Extraction, extract};
+use sombrero_extraction::{EstimateError, ExtractError, Extractor};
 use sombrero_io::Document;
-use sombrero_mesh::Soup;
-use sombrero_registration::{Reference, RegisterOptions, Registration, RegistrationError, register};
-use sombrero_resampling::{ResampleError, ResampleOptions, resample};
-use sombrero_stats::{WatermarkTest, WatermarkTestError, WatermarkTestOptions, best_of, watermark_test};
+use sombrero_registration::{Reference, RegistrationError};
+use sombrero_resampling::ResampleError;
+use sombrero_stats::{EllipsoidError, WatermarkTestError};
 use sombrero_watermark::{Key, Mismatch};
+use std::sync::{Arc, OnceLock};
 use thiserror::Error;
+
+/// How the coefficients are read and compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// What else was done to the shape is solved for too, with robust weights and standard errors; suspects of
+    /// another connectivity are compared surface to surface; several tests. The default.
+    #[default]
+    Robust,
+    /// The paper's: resampling, least squares, correlation and t test.
+    Paper,
+}
+
+impl Method {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Robust => "robust",
+            Self::Paper => "paper",
+        }
+    }
+}
 
 /// When a step of detection is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
@@ -32,9 +55,12 @@ pub enum Step {
 /// How to look.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectOptions {
+    /// The method.
+    pub method: Method,
     /// Whether the suspect is aligned to the original first.
     pub registration: Step,
-    /// Whether the suspect is resampled to the original's connectivity.
+    /// Whether the suspect is resampled to the original's connectivity. The robust method does not resample, but
+    /// compares surfaces; `Never` forbids that, and `Always` forbids it to use vertices that correspond.
     pub resampling: Step,
     /// The mark counts as found when the probability of a chance match is at most this. Default 1e-6.
     pub threshold: f64,
@@ -45,7 +71,13 @@ pub struct DetectOptions {
 
 impl Default for DetectOptions {
     fn default() -> Self {
-        Self { registration: Step::Auto, resampling: Step::Auto, threshold: 1e-6, seed: 0 }
+        Self {
+            method: Method::Robust,
+            registration: Step::Auto,
+            resampling: Step::Auto,
+            threshold: 1e-6,
+            seed: 0,
+        }
     }
 }
 
@@ -69,7 +101,7 @@ pub struct Detection {
     /// Share of the original's area that was found on the suspect.
     pub coverage: f64,
     /// The method.
-    pub method: &'static str,
+    pub method: Method,
     /// The variant that won.
     pub variant: Variant,
     /// All variants that were tried.
@@ -92,15 +124,33 @@ pub struct Detection {
 
 /// One way of looking.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Variant {
     /// Whether the suspect was aligned.
     pub registration: bool,
-    /// Whether it was resampled.
+    /// Whether it was resampled; with the robust method, whether surfaces were compared instead of vertices.
     pub resampling: bool,
+    /// What was solved for beside the coefficients.
+    pub nuisance: &'static str,
+    /// The test.
+    pub test: Test,
+    /// The least standard error that the ellipsoid test took, in standard deviations of the watermark; 0 for none.
+    pub floor: f64,
     /// log10 p of this variant alone, uncorrected.
     pub log10_p: f64,
     /// Its correlation.
     pub correlation: f64,
+}
+
+/// How inserted and extracted coefficients are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Test {
+    /// Correlation and t test, all coefficients alike.
+    Correlation,
+    /// Distance in units of standard errors.
+    Ellipsoid,
 }
 
 /// A registration's result.
@@ -163,18 +213,33 @@ pub enum DetectError {
     /// The positions cannot be compared.
     #[error(transparent)]
     Extract(#[from] ExtractError),
+    /// The surfaces cannot be compared.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
     /// The coefficients cannot be compared.
     #[error(transparent)]
     Test(#[from] WatermarkTestError),
+    /// The coefficients cannot be compared.
+    #[error(transparent)]
+    Ellipsoid(#[from] EllipsoidError),
 }
 
 /// An original that is ready for any number of suspects.
 #[derive(Debug, Clone)]
 pub struct Prepared {
+    original: Arc<Original>,
+    key: Key,
+}
+
+/// What all keys of one original and the same parameters share.
+#[derive(Debug)]
+struct Original {
     model: Model,
     basis: Basis,
-    key: Key,
     triangles: Vec<[u32; 3]>,
+    /// Computed when the first suspect asks for them.
+    extractor: OnceLock<Extractor>,
+    reference: OnceLock<Reference>,
 }
 
 impl Prepared {
@@ -190,17 +255,32 @@ impl Prepared {
         }
         let basis = model.basis(&key.parameters.basis)?;
         key.check(original.bytes(), &basis)?;
-        Ok(Self { model, basis, key, triangles: original.triangles().to_vec() })
+        let triangles = original.triangles().to_vec();
+        let (extractor, reference) = (OnceLock::new(), OnceLock::new());
+        let original = Arc::new(Original { model, basis, triangles, extractor, reference });
+        Ok(Self { original, key })
+    }
+
+    /// The same original with another key. Costs no more than checking the key when its parameters are the same.
+    ///
+    /// # Errors
+    /// As [`Prepared::new`].
+    pub fn for_key(&self, original: &Document, key: Key) -> Result<Self, DetectError> {
+        if key.parameters != self.key.parameters {
+            return Self::new(original, key);
+        }
+        key.check(original.bytes(), self.basis())?;
+        Ok(Self { original: Arc::clone(&self.original), key })
     }
 
     /// A file as a suspect of this original.
     pub fn suspect(&self, file: &Document) -> Suspect {
-        Suspect::new(file, &self.model, &self.triangles)
+        Suspect::new(file, &self.original.model, &self.original.triangles)
     }
 
-    /// Looks for the mark in `suspect`: with and without registration, with and without resampling, as far
-    /// as options and suspect permit, and the best counts (the paper, section 5). Its p is multiplied by the
-    /// number of variants. Further variants are left out once one is certain, but are still counted.
+    /// Looks for the mark in `suspect` in several ways, as far as options and suspect permit, and the best counts. Its
+    /// p is multiplied by the number of ways. Further ones are left out once one is certain, but are still
+    /// counted.
     ///
     /// # Errors
     /// [`DetectError`] when the question makes no sense.
@@ -211,25 +291,38 @@ impl Prepared {
         if suspect.soup.triangles.is_empty() {
             return Err(DetectError::NoFaces { which: "suspect" });
         }
-        let plan = plan(options, suspect.correspondence.is_some())?;
-        let mut search = Search::new(self, suspect, options);
-        for &(registration, resampling) in &plan {
-            search.attempt(registration, resampling)?;
-            if search.is_certain(plan.len()) {
-                break;
-            }
+        match options.method {
+            Method::Robust => robust::detect(self, suspect, options),
+            Method::Paper => paper::detect(self, suspect, options),
         }
-        search.finish(plan.len())
+    }
+
+    fn extractor(&self) -> Result<&Extractor, DetectError> {
+        let Original { model, basis, extractor, .. } = &*self.original;
+        if let Some(made) = extractor.get() {
+            return Ok(made);
+        }
+        let made = Extractor::new(basis, self.key.parameters.epsilon, model.soup())?;
+        Ok(extractor.get_or_init(|| made))
+    }
+
+    fn reference(&self) -> Result<&Reference, RegistrationError> {
+        let Original { model, reference, .. } = &*self.original;
+        if let Some(made) = reference.get() {
+            return Ok(made);
+        }
+        let made = Reference::new(&model.soup().points, &model.soup().triangles)?;
+        Ok(reference.get_or_init(|| made))
     }
 
     /// The original as the method sees it.
     pub fn model(&self) -> &Model {
-        &self.model
+        &self.original.model
     }
 
     /// The basis that the mark uses.
     pub fn basis(&self) -> &Basis {
-        &self.basis
+        &self.original.basis
     }
 
     /// The key.
@@ -239,7 +332,7 @@ impl Prepared {
 
     /// Share of the original's area whose three corners were found.
     fn coverage(&self, found: &[Option<Point3<f64>>]) -> f64 {
-        let soup = self.model.soup();
+        let soup = self.original.model.soup();
         let area = |corners: &[u32; 3]| {
             let [a, b, c] = corners.map(|v| &soup.points[v as usize]);
             sombrero_mesh::geometry::area_vector(a, b, c).norm()
@@ -252,156 +345,9 @@ impl Prepared {
     }
 }
 
-/// The variants to try as (registration, resampling), cheapest first.
-fn plan(options: &DetectOptions, corresponds: bool) -> Result<Vec<(bool, bool)>, DetectError> {
-    let choices = |step: Step| -> &[bool] {
-        match step {
-            Step::Auto => &[false, true],
-            Step::Always => &[true],
-            Step::Never => &[false],
-        }
-    };
-    let resampling = choices(options.resampling).iter().copied().filter(|&yes| yes || corresponds);
-    let plan: Vec<(bool, bool)> = resampling
-        .flat_map(|second| choices(options.registration).iter().map(move |&first| (first, second)))
-        .collect();
-    if plan.is_empty() { Err(DetectError::NeedsResampling) } else { Ok(plan) }
-}
-
-/// One detection under way.
-struct Search<'a> {
-    prepared: &'a Prepared,
-    suspect: &'a Suspect,
-    options: &'a DetectOptions,
-    /// Computed when the first variant asks for it.
-    registration: Option<Registration>,
-    outcomes: Vec<Outcome>,
-    seconds: Stages,
-    warnings: Vec<String>,
-}
-
-/// What one variant gave.
-struct Outcome {
-    variant: Variant,
-    test: WatermarkTest,
-    extraction: Extraction,
-    found: Vec<Option<Point3<f64>>>,
-}
-
-impl<'a> Search<'a> {
-    fn new(prepared: &'a Prepared, suspect: &'a Suspect, options: &'a DetectOptions) -> Self {
-        let (outcomes, seconds, warnings) = (Vec::new(), Stages::default(), Vec::new());
-        Self { prepared, suspect, options, registration: None, outcomes, seconds, warnings }
-    }
-
-    /// Tries one variant. A step that cannot be done is a warning, unless the user insisted on it.
-    fn attempt(&mut self, registration: bool, resampling: bool) -> Result<(), DetectError> {
-        let insisted = (registration && self.options.registration == Step::Always)
-            || (resampling && self.options.resampling == Step::Always);
-        match self.attempt_or_fail(registration, resampling) {
-            Err(error @ (DetectError::Registration(_) | DetectError::Resampling(_))) if !insisted => {
-                let sentence = format!("A variant was left out: {error}.");
-                if !self.warnings.contains(&sentence) {
-                    self.warnings.push(sentence);
-                }
-                Ok(())
-            }
-            other => other,
-        }
-    }
-
-    fn attempt_or_fail(&mut self, registration: bool, resampling: bool) -> Result<(), DetectError> {
-        let similarity = if registration { self.register()? } else { Similarity3::identity() };
-        let found: Vec<Option<Point3<f64>>> = match &self.suspect.correspondence {
-            Some(known) if !resampling => known.iter().map(|p| p.map(|p| similarity * p)).collect(),
-            _ => self.resample(&similarity)?,
-        };
-        let Prepared { model, basis, key, .. } = self.prepared;
-        let points = &model.soup().points;
-        let extraction =
-            self.seconds.time("extraction", || extract(basis, key.parameters.epsilon, points, &found))?;
-        let test =
-            watermark_test(&key.watermark, &extraction.coefficients, &WatermarkTestOptions::default())?;
-        let variant = Variant { registration, resampling, log10_p: test.log10_p(), correlation: test.rho() };
-        self.outcomes.push(Outcome { variant, test, extraction, found });
-        Ok(())
-    }
-
-    fn register(&mut self) -> Result<Similarity3<f64>, DetectError> {
-        if let Some(known) = &self.registration {
-            return Ok(known.reference_from_suspect);
-        }
-        let (original, suspect) = (self.prepared.model.soup(), &self.suspect.soup);
-        let found = self.seconds.time("registration", || {
-            let reference = Reference::new(&original.points, &original.triangles)?;
-            register(&reference, &suspect.points, &suspect.triangles, &RegisterOptions::default())
-        })?;
-        let similarity = found.reference_from_suspect;
-        self.registration = Some(found);
-        Ok(similarity)
-    }
-
-    fn resample(&mut self, similarity: &Similarity3<f64>) -> Result<Vec<Option<Point3<f64>>>, DetectError> {
-        let moved = self.suspect.soup.points.iter().map(|p| similarity * p).collect();
-        let suspect = Soup::new(moved, self.suspect.soup.triangles.clone());
-        let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
-        let original = self.prepared.model.soup();
-        let resampled = self
-            .seconds
-            .time("resampling", || resample(original, &suspect, &ResampleOptions::default(), &mut rng))?;
-        Ok(resampled.positions)
-    }
-
-    /// Whether the best variant so far stays found by a wide margin whatever the others would give.
-    fn is_certain(&self, planned: usize) -> bool {
-        /// Orders of magnitude below the threshold.
-        const MARGIN: f64 = 12.0;
-        let best = self.outcomes.iter().map(|o| o.variant.log10_p).fold(0.0, f64::min);
-        best + (planned as f64).log10() <= self.options.threshold.log10() - MARGIN
-    }
-
-    fn finish(mut self, planned: usize) -> Result<Detection, DetectError> {
-        let variants: Vec<Variant> = self.outcomes.iter().map(|o| o.variant).collect();
-        let best = (0..variants.len()).min_by(|&i, &j| variants[i].log10_p.total_cmp(&variants[j].log10_p));
-        let Some(best) = best.map(|i| self.outcomes.swap_remove(i)) else {
-            return Err(DetectError::NothingWorked { reasons: self.warnings.join(" ") });
-        };
-        let p = best_of(best.test.p, planned);
-        let aligned = self.registration.filter(|_| best.variant.registration);
-        if best.test.used < 8 {
-            self.warnings.push(format!(
-                "Fewer than 8 coefficients could be compared ({}), which proves little.",
-                best.test.used
-            ));
-        }
-        Ok(Detection {
-            detected: p.log10() <= self.options.threshold.log10(),
-            p_value: p.p(),
-            log10_p: p.log10(),
-            threshold: self.options.threshold,
-            correlation: best.variant.correlation,
-            coefficients_used: best.test.used,
-            coverage: self.prepared.coverage(&best.found),
-            method: "paper",
-            variant: best.variant,
-            variants,
-            variants_counted: planned,
-            registration: aligned.map(|r| Alignment::new(&r)),
-            extracted: best.extraction.coefficients,
-            found: best.found,
-            seconds: self.seconds,
-            warnings: self.warnings,
-        })
-    }
-}
-
-impl Alignment {
-    fn new(registration: &Registration) -> Self {
-        let m = registration.reference_from_suspect.to_homogeneous();
-        let matrix = std::array::from_fn(|row| std::array::from_fn(|column| m[(row, column)]));
-        let Registration { rms, overlap, iterations, converged, .. } = *registration;
-        Self { matrix, rms, overlap, iterations, converged }
-    }
+/// Row by row, as people write matrices.
+fn rows(matrix: &Matrix4<f64>) -> [[f64; 4]; 4] {
+    std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
 /// Looks for the mark of `key` in `suspect`, given the `original` that was marked.

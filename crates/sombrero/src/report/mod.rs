@@ -12,7 +12,7 @@ mod words;
 #[cfg(test)]
 mod tests;
 
-use crate::{Alignment, Detection, Model, Variant};
+use crate::{Alignment, Detection, Method, Model, Test, Variant};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use nalgebra::Point3;
 use pictures::Pictures;
@@ -103,7 +103,7 @@ pub enum ReportError {
 /// ```
 pub fn detection_report(input: &DetectionReport<'_>) -> Result<String, ReportError> {
     let pictures = Pictures::new(input)?;
-    let plot = Plot::new(&input.key.watermark, &input.detection.extracted);
+    let plot = Plot::new(&input.key.watermark, &input.detection.extracted, input.detection.variant.test);
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -293,7 +293,7 @@ fn parameters(input: &DetectionReport<'_>) -> Markup {
                 (pair("Coefficients", html! { (parameters.basis.coefficients) }))
                 (pair("Strength ε", html! { (parameters.epsilon) }))
                 (pair("Basis function", html! { (parameters.basis.function) }))
-                (pair("Method", html! { (input.detection.method) }))
+                (pair("Method", html! { (input.detection.method.name()) }))
                 (pair("Original", html! { (soup.points.len()) " points, " (soup.triangles.len()) " triangles" }))
                 (pair("Program", html! { "sombrero " (env!("CARGO_PKG_VERSION")) }))
             }
@@ -327,30 +327,49 @@ fn course(input: &DetectionReport<'_>) -> Markup {
 }
 
 fn variants(detection: &Detection) -> Markup {
-    let tried = detection.variants.len();
+    let (tried, counted) = (detection.variants.len(), detection.variants_counted);
     html! {
         p {
-            @if tried == 1 { "One way of looking was tried." }
-            @else { (tried) " ways of looking were tried; p above is that of the best one, times " (tried) "." }
+            @if tried == 1 { "One way of looking was tried" }
+            @else { (tried) " ways of looking were tried" }
+            @if counted == 1 { "." }
+            @else { "; p above is that of the best one, times " (counted) ", as many as were planned." }
         }
         div.scroll {
             table {
                 thead {
-                    tr { th { "Aligned" } th { "Resampled" } th.number { "p alone" } th.number { "Correlation" } th { } }
+                    tr { th { "Aligned" } th { "Compared" } th { "Solved for too" } th { "Test" } th.number { "p alone" } th.number { "Correlation" } th { } }
                 }
-                tbody { @for variant in &detection.variants { (variant_row(variant, detection.variant)) } }
+                tbody { @for variant in &detection.variants { (variant_row(detection.method, variant, detection.variant)) } }
             }
         }
     }
 }
 
-fn variant_row(variant: &Variant, winner: Variant) -> Markup {
+fn compared(method: Method, resampling: bool) -> &'static str {
+    match (method, resampling) {
+        (Method::Robust, true) => "surfaces",
+        (Method::Paper, true) => "vertices, resampled",
+        (_, false) => "vertices",
+    }
+}
+
+fn test(variant: &Variant) -> String {
+    match variant.test {
+        Test::Correlation => "correlation".to_owned(),
+        Test::Ellipsoid => format!("ellipsoid, floor {}", variant.floor),
+    }
+}
+
+fn variant_row(method: Method, variant: &Variant, winner: Variant) -> Markup {
     let word = |yes: bool| if yes { "yes" } else { "no" };
     let counts = *variant == winner;
     html! {
         tr class=[counts.then_some("winner")] {
             td { (word(variant.registration)) }
-            td { (word(variant.resampling)) }
+            td { (compared(method, variant.resampling)) }
+            td { (variant.nuisance) }
+            td { (test(variant)) }
             td.number { (p_value(variant.log10_p)) }
             td.number { (decimal(variant.correlation, 3)) }
             td { @if counts { "counts" } }

@@ -1,6 +1,7 @@
 //! The scatter plot of inserted against extracted coefficients, as SVG.
 
 use super::words::decimal;
+use crate::Test;
 use maud::{Markup, html};
 use sombrero_stats::WatermarkTestOptions;
 
@@ -23,8 +24,12 @@ pub(super) struct Plot {
 }
 
 impl Plot {
-    pub(super) fn new(inserted: &[f64], extracted: &[Option<f64>]) -> Self {
-        let limit = WatermarkTestOptions::default().outlier_threshold;
+    /// The correlation's test drops extracted coefficients of unusual size, the ellipsoid's keeps all.
+    pub(super) fn new(inserted: &[f64], extracted: &[Option<f64>], test: Test) -> Self {
+        let limit = match test {
+            Test::Correlation => WatermarkTestOptions::default().outlier_threshold,
+            Test::Ellipsoid => None,
+        };
         let mut plot = Self { used: vec![], dropped: vec![], missing: vec![], limit, reach: 3.0 };
         for (&w, e) in inserted.iter().zip(extracted).filter(|(w, _)| w.is_finite()) {
             match e.filter(|e| e.is_finite()) {

@@ -1,0 +1,170 @@
+//! Poses from landmarks that look alike.
+//!
+//! Each landmark of the suspect is compared with all of the reference, at each rung of the ladder by which the
+//! two sizes may differ. The few most similar ones, with the frames of both, give a pose each. Most of them are
+//! wrong; a table of nearest samples tells in microseconds how much of the suspect a pose puts onto the
+//! reference (a RANSAC in which one match is a sample: Fischler and Bolles 1981, `fischler1981`). Poses that are
+//! about the same are one; the best go through a rough ICP on the table.
+
+use nalgebra::{Matrix3, Point3, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+use crate::affine_map::AffineMap;
+use crate::landmark::{Cloud, Features, Frame, Landmark, RUNG, View};
+use crate::landmarks::{Landmarks, ladder};
+use crate::lookup::Lookup;
+use crate::motion::Motion;
+use crate::ranking::{Ranked, distinct, ranked, sort};
+use crate::reference::Reference;
+use crate::rough;
+use crate::sample::{Sample, samples, scattered};
+use crate::shape::Shape;
+
+/// Landmarks of the suspect.
+const COUNT: usize = 400;
+/// Rungs by which the suspect may look smaller or larger than equal areas would have it. A suspect that keeps
+/// the share f of the original's area and to which the share g of its own was added has the scale
+/// √(f / (1 - g)) relative to equal areas: a third of the original gives 0.58, twice as much added as kept 1.73.
+const SMALLER: usize = 4;
+const LARGER: usize = 4;
+/// Matches taken for each landmark and rung.
+const MATCHES: usize = 8;
+/// Samples in a first look at a pose, and in a second.
+const LOOKS: [usize; 2] = [48, 256];
+/// Poses that get a second look.
+const SECOND_LOOKS: usize = 4_000;
+/// Poses that get a rough ICP.
+const ROUGH: usize = 120;
+/// The same when the suspect may be stretched, which blurs the first looks.
+const AFFINE_ROUGH: usize = 240;
+/// Distances up to which a sample supports a pose: before and after the rough ICP, in diagonals.
+const TOLERANCES: [f64; 2] = [0.06, 0.03];
+/// Poses closer than this on average are one: before and after the rough ICP, in diagonals.
+const SAME: [f64; 2] = [0.08, 0.02];
+
+/// One suspect's landmarks against those of the reference.
+pub(crate) struct Matching<'a> {
+    lookup: &'a Lookup,
+    landmarks: &'a Landmarks,
+    suspect: Vec<Landmark>,
+    /// Scale of equal areas.
+    scale: f64,
+    looks: Vec<Sample>,
+}
+
+impl<'a> Matching<'a> {
+    /// `orientation` is -1 when the suspect's normals are to be turned.
+    pub(crate) fn new(reference: &'a Reference, suspect: &Shape, orientation: f64) -> Self {
+        let scale = (reference.shape.moments.area / suspect.moments.area).sqrt();
+        let radii: Vec<f64> = ladder(LARGER, SMALLER).iter().map(|r| r / scale).collect();
+        let cloud = Cloud::new(suspect, orientation);
+        let points = samples(suspect, COUNT);
+        let seen = points.par_iter().map(|s| cloud.landmark(s.point, &radii)).collect();
+        let looks = scattered(suspect, LOOKS[1], orientation);
+        Self { lookup: reference.lookup(), landmarks: reference.landmarks(), suspect: seen, scale, looks }
+    }
+
+    /// The best poses in the unit frames, best first; at most `most`.
+    pub(crate) fn poses(&self, most: usize) -> Vec<Similarity3<f64>> {
+        self.refined(|start| rough::icp(self.lookup, &self.looks, start), ROUGH, most)
+    }
+
+    /// The same, for a suspect that may also be stretched.
+    pub(crate) fn affine_maps(&self, most: usize) -> Vec<AffineMap> {
+        let refine = |start: &Similarity3<f64>| {
+            let start = rough::icp(self.lookup, &self.looks, start);
+            rough::icp(self.lookup, &self.looks, &start.map())
+        };
+        self.refined(refine, AFFINE_ROUGH, most)
+    }
+
+    fn refined<M: Motion>(
+        &self,
+        refine: impl Fn(&Similarity3<f64>) -> M + Sync,
+        rough: usize,
+        most: usize,
+    ) -> Vec<M> {
+        let mut found = self.first_look();
+        found.truncate(SECOND_LOOKS);
+        let found = found.iter().map(|r| r.pose).collect();
+        let found = ranked(found, |pose| self.support(pose, LOOKS[1], TOLERANCES[0]));
+        let found = distinct(&found, &self.looks, SAME[0], rough);
+        let found = found.par_iter().map(|r| refine(&r.pose)).collect();
+        let found = ranked(found, |pose| self.support(pose, LOOKS[1], TOLERANCES[1]));
+        distinct(&found, &self.looks, SAME[1], most).into_iter().map(|r| r.pose).collect()
+    }
+
+    /// All poses of all matches, best first.
+    fn first_look(&self) -> Vec<Ranked<Similarity3<f64>>> {
+        let of_landmark =
+            |landmark: &Landmark| {
+                let mut found = Vec::new();
+                for (rung, view) in landmark.views.iter().enumerate() {
+                    let scale = self.scale * RUNG.powi(LARGER as i32 - rung as i32);
+                    for index in self.alike(view) {
+                        let other = &self.landmarks.landmarks[index];
+                        found.extend(poses(other, landmark, view, scale).map(|pose| Ranked {
+                            support: self.support(&pose, LOOKS[0], TOLERANCES[0]),
+                            pose,
+                        }));
+                    }
+                }
+                found
+            };
+        let mut found: Vec<_> = self.suspect.par_iter().flat_map_iter(of_landmark).collect();
+        sort(&mut found);
+        found
+    }
+
+    /// Landmarks of the reference that look most like `view`.
+    fn alike(&self, view: &View) -> Vec<usize> {
+        let weights = &self.landmarks.weights;
+        let distance = |other: &Features| -> f32 {
+            let terms = view.features.iter().zip(other).zip(weights);
+            terms.map(|((a, b), w)| ((a - b) * w).powi(2)).sum()
+        };
+        let all = self.landmarks.landmarks.iter().enumerate();
+        let mut ranked: Vec<(f32, usize)> =
+            all.filter_map(|(i, l)| Some((distance(&l.views.first()?.features), i))).collect();
+        let order = |a: &(f32, usize), b: &(f32, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if ranked.len() > MATCHES {
+            ranked.select_nth_unstable_by(MATCHES, order);
+            ranked.truncate(MATCHES);
+        }
+        ranked.sort_unstable_by(order);
+        ranked.into_iter().map(|(_, i)| i).collect()
+    }
+
+    /// Share of the reference's area that the suspect covers: the share of the samples that agree, times the
+    /// ratio of the areas, which a map L changes by about |det L|^(2/3).
+    fn support<M: Motion>(&self, pose: &M, count: usize, tolerance: f64) -> f64 {
+        let map = pose.map();
+        let looks = &self.looks[..count.min(self.looks.len())];
+        let share = rough::agreement(self.lookup, looks, &map, tolerance);
+        share * (map.linear.determinant().abs().cbrt() / self.scale).powi(2)
+    }
+}
+
+/// The poses that bring one landmark with its frames onto the other.
+fn poses<'a>(
+    reference: &'a Landmark,
+    suspect: &'a Landmark,
+    view: &'a View,
+    scale: f64,
+) -> impl Iterator<Item = Similarity3<f64>> + 'a {
+    let theirs = reference.views.first().map_or(&[][..], |v| &v.frames);
+    let pairs =
+        view.frames.iter().flat_map(|s| theirs.iter().filter(|r| r.rule == s.rule).map(move |r| (r, s)));
+    pairs.flat_map(move |(r, s)| {
+        let turns = if s.two_fold { &[1.0, -1.0][..] } else { &[1.0][..] };
+        turns.iter().map(move |sign| pose(&reference.point, r, &suspect.point, s, *sign, scale))
+    })
+}
+
+fn pose(p: &Point3<f64>, r: &Frame, q: &Point3<f64>, s: &Frame, sign: f64, scale: f64) -> Similarity3<f64> {
+    let turn = Matrix3::from_diagonal(&Vector3::new(sign, sign, 1.0));
+    let rotation = Rotation3::from_matrix_unchecked(r.axes * turn * s.axes.transpose());
+    let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+    let shift = p.coords - rotation * q.coords * scale;
+    Similarity3::from_parts(Translation3::from(shift), rotation, scale)
+}

@@ -1,0 +1,178 @@
+//! From starts to poses: a quick refinement of each, the fit as the judge, the best few refined in full.
+
+use nalgebra::Similarity3;
+use rayon::prelude::*;
+
+use crate::icp::{Icp, Run};
+use crate::judge::{Fit, Judge, REACH};
+use crate::motion::Motion;
+use crate::register::RegisterOptions;
+use crate::shape::Shape;
+use crate::verdict::{is_promising, is_trusted};
+
+/// Iterations that each start gets before it is judged.
+const TRIAL_ITERATIONS: usize = 15;
+/// Poses refined in full at most.
+const REFINED: usize = 8;
+/// How far from its counterpart a sample may be in a pose that is refined in full.
+const REFINED_REACH: f64 = 0.1;
+/// A score up to this ends the search: nine tenths of both surfaces agree.
+pub(crate) const GOOD: f64 = 0.1;
+/// Of several starts, when one is good as it is, those this much worse are not tried.
+const HOPELESS: f64 = 0.3;
+/// Poses whose points are closer than this on average are the same, in units of the diagonal.
+const SAME: f64 = 0.01;
+/// Poses tell apart when their RMS differs by more than this factor and this length, in units of the
+/// diagonal: about what a mark does to the surface.
+const TOLD_APART: (f64, f64) = (1.5, 5e-4);
+
+/// A start after refinement.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Candidate<M> {
+    pub(crate) run: Run<M>,
+    pub(crate) fit: Fit,
+}
+
+/// One suspect and its reference.
+pub(crate) struct Search<'a> {
+    pub(crate) reference: &'a Shape,
+    pub(crate) suspect: &'a Shape,
+    options: &'a RegisterOptions,
+    icp: Icp<'a>,
+}
+
+impl<'a> Search<'a> {
+    pub(crate) fn new(reference: &'a Shape, suspect: &'a Shape, options: &'a RegisterOptions) -> Self {
+        Self { reference, suspect, options, icp: Icp::new(reference, suspect, &options.icp) }
+    }
+
+    /// Each start after a coarse round, best first, without repetitions.
+    /// Samples farther than `reach` from the reference do not count.
+    pub(crate) fn tried<M: Motion>(&self, starts: Vec<M>, reach: f64) -> Vec<Candidate<M>> {
+        let judge = Judge::coarse(self.reference, self.suspect);
+        let most = TRIAL_ITERATIONS.min(self.options.icp.max_iterations);
+        let trial = |start: M| {
+            let run = self.icp.trial_round(start, reach, most);
+            Candidate { run, fit: judge.fit(&run.pose.map()) }
+        };
+        self.sorted(hopeful(&judge, starts).into_par_iter().map(trial).collect())
+    }
+
+    /// What a search without a hint ends with.
+    pub(crate) fn concluded<M: Motion>(&self, candidates: Vec<Candidate<M>>) -> Vec<Candidate<M>> {
+        if candidates.iter().any(|c| is_promising(&c.fit)) {
+            self.refined(candidates)
+        } else {
+            self.given_up(&candidates)
+        }
+    }
+
+    /// Refines those that may yet turn out best; the answer has the best first, and those that the fit cannot
+    /// tell from it.
+    pub(crate) fn refined<M: Motion>(&self, mut candidates: Vec<Candidate<M>>) -> Vec<Candidate<M>> {
+        candidates = comparable(candidates);
+        candidates.truncate(REFINED);
+        let judge = self.fine_judge();
+        let refine = |candidate: Candidate<M>| {
+            let left = self.options.icp.max_iterations.saturating_sub(candidate.run.iterations);
+            let mut run = self.icp.all_rounds(candidate.run.pose, REFINED_REACH, left);
+            run.iterations += candidate.run.iterations;
+            Candidate { run, fit: judge.fit(&run.pose.map()) }
+        };
+        comparable(self.sorted(candidates.into_par_iter().map(refine).collect()))
+    }
+
+    /// Of candidates none of which can be trusted, the best one after some more steps: a full refinement would
+    /// take long to find nothing.
+    pub(crate) fn given_up<M: Motion>(&self, candidates: &[Candidate<M>]) -> Vec<Candidate<M>> {
+        let finish = |candidate: &Candidate<M>| {
+            let pose = candidate.run.pose;
+            let mut run = self.icp.coarse_round(pose, REFINED_REACH, self.options.icp.max_iterations);
+            run.iterations += candidate.run.iterations;
+            Candidate { run, fit: self.fine_judge().fit(&run.pose.map()) }
+        };
+        candidates.first().map(finish).into_iter().collect()
+    }
+
+    /// Few samples, but steps until nothing moves any more.
+    pub(crate) fn settled<M: Motion>(&self, starts: Vec<M>) -> Vec<Candidate<M>> {
+        let judge = Judge::coarse(self.reference, self.suspect);
+        let settle = |start: M| {
+            let run = self.icp.coarse_round(start, REFINED_REACH, self.options.icp.max_iterations);
+            Candidate { run, fit: judge.fit(&run.pose.map()) }
+        };
+        starts.into_par_iter().map(settle).collect()
+    }
+
+    /// With the images of the best candidate under the symmetries of the reference, as far as there is room.
+    pub(crate) fn with_symmetries<M: Motion>(
+        &self,
+        mut candidates: Vec<Candidate<M>>,
+        symmetries: &[Similarity3<f64>],
+    ) -> Vec<Candidate<M>> {
+        let Some(&best) = candidates.first() else { return candidates };
+        if symmetries.is_empty() || !is_trusted(&best.fit) {
+            return candidates;
+        }
+        let judge = self.fine_judge();
+        let image = |symmetry: &Similarity3<f64>| {
+            let pose = M::of(symmetry).after(&best.run.pose);
+            Candidate { run: Run { pose, ..best.run }, fit: judge.fit(&pose.map()) }
+        };
+        let room = symmetries.len().min(self.options.max_alternatives);
+        candidates.extend(symmetries[..room].par_iter().map(image).collect::<Vec<_>>());
+        comparable(self.sorted(candidates))
+    }
+
+    /// Whether two poses put the suspect to different places.
+    pub(crate) fn is_other<M: Motion>(&self, a: &M, b: &M) -> bool {
+        self.apart(a, b) > SAME
+    }
+
+    fn fine_judge(&self) -> Judge<'a> {
+        Judge::fine(self.reference, self.suspect, &self.options.icp)
+    }
+
+    /// Best first; of candidates in the same place, the best.
+    pub(crate) fn sorted<M: Motion>(&self, mut candidates: Vec<Candidate<M>>) -> Vec<Candidate<M>> {
+        candidates.sort_by(|a, b| a.fit.score.total_cmp(&b.fit.score));
+        let mut kept: Vec<Candidate<M>> = Vec::new();
+        for candidate in candidates {
+            if kept.iter().all(|k| self.is_other(&k.run.pose, &candidate.run.pose)) {
+                kept.push(candidate);
+            }
+        }
+        kept
+    }
+
+    /// Root mean square distance between the suspect in two poses.
+    fn apart<M: Motion>(&self, a: &M, b: &M) -> f64 {
+        let (a, b) = (a.map(), b.map());
+        let samples = self.icp.coarse.iter().step_by(16);
+        let count = samples.len().max(1) as f64;
+        let squared = |p| (a.point(p) - b.point(p)).norm_squared();
+        (samples.map(|s| squared(&s.point)).sum::<f64>() / count).sqrt()
+    }
+}
+
+/// The starts that are worth a trial: all of them, unless one fits so well that others need not be asked.
+fn hopeful<M: Motion>(judge: &Judge, starts: Vec<M>) -> Vec<M> {
+    let scores: Vec<f64> = starts.par_iter().map(|start| judge.fit(&start.map()).score).collect();
+    let best = scores.iter().copied().fold(1.0, f64::min);
+    let limit = if best <= GOOD { best + HOPELESS } else { f64::INFINITY };
+    starts.into_iter().zip(scores).filter(|(_, score)| *score <= limit).map(|(start, _)| start).collect()
+}
+
+/// Those that the fit cannot tell from the best, which comes first.
+///
+/// What has no counterpart costs every pose alike; so the scores may differ by as much as the matched distances
+/// would make them differ, were their RMS larger by [`TOLD_APART`], and by three standard errors of that cost.
+pub(crate) fn comparable<M>(mut candidates: Vec<Candidate<M>>) -> Vec<Candidate<M>> {
+    if let Some(fit) = candidates.first().map(|c| c.fit) {
+        let rms = fit.rms.min(REACH);
+        let larger = TOLD_APART.0 * rms + TOLD_APART.1;
+        let limit = fit.score + (larger * larger - rms * rms) / (REACH * REACH) + 3.0 * fit.error();
+        candidates.retain(|c| c.fit.score <= limit);
+    }
+    candidates
+}

@@ -1,0 +1,185 @@
+//! The paper's method: with and without registration, with and without resampling, and the best counts.
+
+use super::{Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Step, Test, Variant, rows};
+use crate::Suspect;
+use crate::timing::Stages;
+use nalgebra::{Point3, Similarity3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sombrero_extraction::{Extraction, extract};
+use sombrero_mesh::Soup;
+use sombrero_registration::{RegisterOptions, Registration, register};
+use sombrero_resampling::{ResampleOptions, resample};
+use sombrero_stats::{WatermarkTest, WatermarkTestOptions, best_of, watermark_test};
+
+pub(super) fn detect(
+    prepared: &Prepared,
+    suspect: &Suspect,
+    options: &DetectOptions,
+) -> Result<Detection, DetectError> {
+    let plan = plan(options, suspect.correspondence.is_some())?;
+    let mut search = Search::new(prepared, suspect, options);
+    for &(registration, resampling) in &plan {
+        search.attempt(registration, resampling)?;
+        if search.is_certain(plan.len()) {
+            break;
+        }
+    }
+    search.finish(plan.len())
+}
+
+/// The variants to try as (registration, resampling), cheapest first.
+fn plan(options: &DetectOptions, corresponds: bool) -> Result<Vec<(bool, bool)>, DetectError> {
+    let choices = |step: Step| -> &[bool] {
+        match step {
+            Step::Auto => &[false, true],
+            Step::Always => &[true],
+            Step::Never => &[false],
+        }
+    };
+    let resampling = choices(options.resampling).iter().copied().filter(|&yes| yes || corresponds);
+    let plan: Vec<(bool, bool)> = resampling
+        .flat_map(|second| choices(options.registration).iter().map(move |&first| (first, second)))
+        .collect();
+    if plan.is_empty() { Err(DetectError::NeedsResampling) } else { Ok(plan) }
+}
+
+/// One detection under way.
+struct Search<'a> {
+    prepared: &'a Prepared,
+    suspect: &'a Suspect,
+    options: &'a DetectOptions,
+    /// Computed when the first variant asks for it.
+    registration: Option<Registration>,
+    outcomes: Vec<Outcome>,
+    seconds: Stages,
+    warnings: Vec<String>,
+}
+
+/// What one variant gave.
+struct Outcome {
+    variant: Variant,
+    test: WatermarkTest,
+    extraction: Extraction,
+    found: Vec<Option<Point3<f64>>>,
+}
+
+impl<'a> Search<'a> {
+    fn new(prepared: &'a Prepared, suspect: &'a Suspect, options: &'a DetectOptions) -> Self {
+        let (outcomes, seconds, warnings) = (Vec::new(), Stages::default(), Vec::new());
+        Self { prepared, suspect, options, registration: None, outcomes, seconds, warnings }
+    }
+
+    /// Tries one variant. A step that cannot be done is a warning, unless the user insisted on it.
+    fn attempt(&mut self, registration: bool, resampling: bool) -> Result<(), DetectError> {
+        let insisted = (registration && self.options.registration == Step::Always)
+            || (resampling && self.options.resampling == Step::Always);
+        match self.attempt_or_fail(registration, resampling) {
+            Err(error @ (DetectError::Registration(_) | DetectError::Resampling(_))) if !insisted => {
+                let sentence = format!("A variant was left out: {error}.");
+                if !self.warnings.contains(&sentence) {
+                    self.warnings.push(sentence);
+                }
+                Ok(())
+            }
+            other => other,
+        }
+    }
+
+    fn attempt_or_fail(&mut self, registration: bool, resampling: bool) -> Result<(), DetectError> {
+        let similarity = if registration { self.register()? } else { Similarity3::identity() };
+        let found: Vec<Option<Point3<f64>>> = match &self.suspect.correspondence {
+            Some(known) if !resampling => known.iter().map(|p| p.map(|p| similarity * p)).collect(),
+            _ => self.resample(&similarity)?,
+        };
+        let (model, basis, key) = (self.prepared.model(), self.prepared.basis(), self.prepared.key());
+        let points = &model.soup().points;
+        let extraction =
+            self.seconds.time("extraction", || extract(basis, key.parameters.epsilon, points, &found))?;
+        let test =
+            watermark_test(&key.watermark, &extraction.coefficients, &WatermarkTestOptions::default())?;
+        let variant = Variant {
+            registration,
+            resampling,
+            nuisance: "none",
+            test: Test::Correlation,
+            floor: 0.0,
+            log10_p: test.log10_p(),
+            correlation: test.rho(),
+        };
+        self.outcomes.push(Outcome { variant, test, extraction, found });
+        Ok(())
+    }
+
+    fn register(&mut self) -> Result<Similarity3<f64>, DetectError> {
+        if let Some(known) = &self.registration {
+            return Ok(known.reference_from_suspect);
+        }
+        let (prepared, suspect) = (self.prepared, &self.suspect.soup);
+        let found = self.seconds.time("registration", || {
+            register(prepared.reference()?, &suspect.points, &suspect.triangles, &RegisterOptions::default())
+        })?;
+        let similarity = found.reference_from_suspect;
+        self.registration = Some(found);
+        Ok(similarity)
+    }
+
+    fn resample(&mut self, similarity: &Similarity3<f64>) -> Result<Vec<Option<Point3<f64>>>, DetectError> {
+        let moved = self.suspect.soup.points.iter().map(|p| similarity * p).collect();
+        let suspect = Soup::new(moved, self.suspect.soup.triangles.clone());
+        let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
+        let original = self.prepared.model().soup();
+        let resampled = self
+            .seconds
+            .time("resampling", || resample(original, &suspect, &ResampleOptions::default(), &mut rng))?;
+        Ok(resampled.positions)
+    }
+
+    /// Whether the best variant so far stays found by a wide margin whatever the others would give.
+    fn is_certain(&self, planned: usize) -> bool {
+        /// Orders of magnitude below the threshold.
+        const MARGIN: f64 = 12.0;
+        let best = self.outcomes.iter().map(|o| o.variant.log10_p).fold(0.0, f64::min);
+        best + (planned as f64).log10() <= self.options.threshold.log10() - MARGIN
+    }
+
+    fn finish(mut self, planned: usize) -> Result<Detection, DetectError> {
+        let variants: Vec<Variant> = self.outcomes.iter().map(|o| o.variant).collect();
+        let best = (0..variants.len()).min_by(|&i, &j| variants[i].log10_p.total_cmp(&variants[j].log10_p));
+        let Some(best) = best.map(|i| self.outcomes.swap_remove(i)) else {
+            return Err(DetectError::NothingWorked { reasons: self.warnings.join(" ") });
+        };
+        let p = best_of(best.test.p, planned);
+        let aligned = self.registration.filter(|_| best.variant.registration);
+        if best.test.used < 8 {
+            self.warnings.push(format!(
+                "Fewer than 8 coefficients could be compared ({}), which proves little.",
+                best.test.used
+            ));
+        }
+        Ok(Detection {
+            detected: p.log10() <= self.options.threshold.log10(),
+            p_value: p.p(),
+            log10_p: p.log10(),
+            threshold: self.options.threshold,
+            correlation: best.variant.correlation,
+            coefficients_used: best.test.used,
+            coverage: self.prepared.coverage(&best.found),
+            method: Method::Paper,
+            variant: best.variant,
+            variants,
+            variants_counted: planned,
+            registration: aligned.as_ref().map(alignment),
+            extracted: best.extraction.coefficients,
+            found: best.found,
+            seconds: self.seconds,
+            warnings: self.warnings,
+        })
+    }
+}
+
+fn alignment(registration: &Registration) -> Alignment {
+    let matrix = rows(&registration.reference_from_suspect.to_homogeneous());
+    let Registration { rms, overlap, iterations, converged, .. } = *registration;
+    Alignment { matrix, rms, overlap, iterations, converged }
+}
