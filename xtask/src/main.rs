@@ -9,6 +9,7 @@ mod figures;
 mod marked;
 mod models;
 mod plot;
+mod presets;
 mod roc;
 mod subject;
 mod tables;
@@ -41,6 +42,8 @@ enum Verb {
     Figures(figures::Figures),
     /// Fetch the paper's models, or check those that are there.
     Models(models::Models),
+    /// Compare sets of parameters at equal distortion.
+    Presets(presets::Presets),
     /// Recompute Figure 6, how often a mark is missed under noise.
     Roc(roc::Roc),
     /// Recompute Tables 1, 2 and 3.
@@ -60,6 +63,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Ci => ci::run(&folder),
         Verb::Figures(args) => figures::run(&args, &folder),
         Verb::Models(args) => models::run(&args, &folder),
+        Verb::Presets(args) => presets::run(&args, &folder),
         Verb::Roc(args) => roc::run(&args, &folder),
         Verb::Tables(args) => tables::run(&args, &folder),
     }

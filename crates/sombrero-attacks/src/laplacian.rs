@@ -4,9 +4,8 @@
 //! of Wang, Lavoué, Denis, Baskurt and He (2010) takes λ = 0.1 and 5 to 50 iterations.
 
 use crate::attack::{AttackError, in_range};
-use crate::smooth::Neighbours;
 use nalgebra::Point3;
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Soup, Umbrella};
 
 /// How much to smooth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,8 +28,8 @@ impl Default for Laplacian {
 /// [`AttackError::Parameter`] unless λ is between 0 and 1.
 pub fn laplacian(soup: &Soup, smoothing: &Laplacian) -> Result<Vec<Point3<f64>>, AttackError> {
     in_range("lambda", smoothing.lambda, (0.0, 1.0), "between 0 and 1")?;
-    let neighbours = Neighbours::new(soup);
-    let step = |points: Vec<Point3<f64>>, _| neighbours.step(&points, smoothing.lambda);
+    let umbrella = Umbrella::new(soup);
+    let step = |points: Vec<Point3<f64>>, _| umbrella.step(&points, smoothing.lambda);
     Ok((0..smoothing.iterations).fold(soup.points.clone(), step))
 }
 

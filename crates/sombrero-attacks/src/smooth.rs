@@ -1,13 +1,13 @@
 //! Taubin's filter (row F): each iteration shrinks by λ and swells by μ < -λ.
 //!
-//!   v ← v + λ L v,  then  v ← v + μ L v,   with L v = mean of the neighbours - v.
+//!   v ← v + λ L v,  then  v ← v + μ L v,   with L v = mean of the umbrella - v.
 //!
 //! Frequencies k of L below 1/λ + 1/μ pass, so the shape does not shrink (key `taubin1995`). The paper says
 //! "10 iterations" without λ and μ. The defaults 0.33 and -0.34 are the usual pair, with a pass band of 0.09;
 //! with stronger pairs (0.5 and -0.53; 0.63 and -0.67) less of the mark is left than the paper reports.
 
-use nalgebra::{Point3, Vector3};
-use sombrero_mesh::Soup;
+use nalgebra::Point3;
+use sombrero_mesh::{Soup, Umbrella};
 
 /// How much to smooth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,52 +28,14 @@ impl Default for Smoothing {
 
 /// The smoothed positions. Vertices without a face stay where they are.
 pub fn smooth(soup: &Soup, smoothing: &Smoothing) -> Vec<Point3<f64>> {
-    let neighbours = Neighbours::new(soup);
+    let umbrella = Umbrella::new(soup);
     let mut points = soup.points.clone();
     for _ in 0..smoothing.iterations {
         for factor in [smoothing.lambda, smoothing.mu] {
-            points = neighbours.step(&points, factor);
+            points = umbrella.step(&points, factor);
         }
     }
     points
-}
-
-/// The neighbours of each vertex, one after the other.
-pub(crate) struct Neighbours {
-    starts: Vec<usize>,
-    all: Vec<u32>,
-}
-
-impl Neighbours {
-    pub(crate) fn new(soup: &Soup) -> Self {
-        let n = soup.points.len();
-        let mut pairs: Vec<(u32, u32)> = soup
-            .triangles
-            .iter()
-            .filter(|corners| corners.iter().all(|&v| (v as usize) < n))
-            .flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)])
-            .filter(|(a, b)| a != b)
-            .collect();
-        pairs.sort_unstable();
-        pairs.dedup();
-        let mut starts = vec![0; n + 1];
-        pairs.iter().for_each(|&(v, _)| starts[v as usize + 1] += 1);
-        (0..n).for_each(|v| starts[v + 1] += starts[v]);
-        Self { starts, all: pairs.into_iter().map(|(_, w)| w).collect() }
-    }
-
-    /// v + factor · L v.
-    pub(crate) fn step(&self, points: &[Point3<f64>], factor: f64) -> Vec<Point3<f64>> {
-        let moved = |v: usize| {
-            let ring = &self.all[self.starts[v]..self.starts[v + 1]];
-            if ring.is_empty() {
-                return points[v];
-            }
-            let sum: Vector3<f64> = ring.iter().map(|&w| points[w as usize] - points[v]).sum();
-            points[v] + sum * (factor / ring.len() as f64)
-        };
-        (0..points.len()).map(moved).collect()
-    }
 }
 
 #[cfg(test)]

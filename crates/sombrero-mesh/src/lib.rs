@@ -6,6 +6,7 @@ mod matching;
 mod mesh;
 mod sides;
 mod soup;
+mod umbrella;
 mod validate;
 mod weld;
 
@@ -20,5 +21,6 @@ pub use matching::{Matching, Matchings, match_connectivity};
 pub use mesh::{Mesh, TopologyError};
 pub use repair::repair;
 pub use soup::{BoundingBox, Soup};
+pub use umbrella::Umbrella;
 pub use validate::Violation;
 pub use weld::Weld;

@@ -1,20 +1,11 @@
 //! Points spread evenly over a surface, the same ones every time.
 //!
-//! Sample i of n stands for the i-th of n equal shares of the area, counted through the triangles in their
-//! order; its place on its triangle comes from the additive sequence
-//!
-//! ```text
-//! uᵢ = frac(1/2 + i/p),  vᵢ = frac(1/2 + i/p²),  p³ = p + 1 (p = 1.3247…),
-//! ```
-//!
-//! which fills the square without clusters. The square is folded onto the triangle.
+//! Places from [`spread_samples`]; here each gets its normals.
 
 use nalgebra::{Point3, Vector3};
+use sombrero_spatial::{SurfaceSample, spread_samples};
 
 use crate::shape::Shape;
-
-/// 1/p and 1/p².
-const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// A point of a surface with its normal.
 #[derive(Debug, Clone, Copy)]
@@ -35,20 +26,15 @@ impl Sample {
 
 /// `count` samples, each standing for the same area.
 pub(crate) fn samples(shape: &Shape, count: usize) -> Vec<Sample> {
-    let share = shape.moments.area / count as f64;
-    let mut out = Vec::with_capacity(count);
-    let mut passed = 0.0;
-    for (face, t) in (0..).zip(&shape.triangles) {
-        let [a, b, c] = t.map(|v| shape.points[v as usize]);
-        passed += (b - a).cross(&(c - a)).norm() / 2.0;
-        while out.len() < count && (out.len() as f64 + 0.5) * share < passed {
-            let w = weights(out.len());
-            let point = Point3::from(a.coords * w[0] + b.coords * w[1] + c.coords * w[2]);
-            let (normal, face_normal) = (shape.smooth_normal(face, w), shape.face_normal(face));
-            out.push(Sample { point, normal, face_normal });
-        }
-    }
-    out
+    let places = spread_samples(&shape.points, &shape.triangles, count);
+    let sample = |place: SurfaceSample| {
+        Some(Sample {
+            point: place.point(&shape.points, &shape.triangles)?,
+            normal: shape.smooth_normal(place.face, place.barycentric),
+            face_normal: shape.face_normal(place.face),
+        })
+    };
+    places.into_iter().filter_map(sample).collect()
 }
 
 /// Samples with normals of length `orientation`, in an order in which the first few are spread all over: by
@@ -60,12 +46,6 @@ pub(crate) fn scattered(shape: &Shape, count: usize, orientation: f64) -> Vec<Sa
     order.sort_by(|&a, &b| key(a).total_cmp(&key(b)));
     let turned = |s: Sample| Sample { normal: s.normal * orientation, ..s };
     order.into_iter().map(|i| turned(samples[i].with_unit_normal())).collect()
-}
-
-fn weights(i: usize) -> [f64; 3] {
-    let [u, v] = STEPS.map(|step| (0.5 + i as f64 * step).fract());
-    let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-    [1.0 - u - v, u, v]
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ mod key;
 mod parameters;
 mod sequence;
 
-pub use embedding::{Distortion, embed};
+pub use embedding::{Distortion, embed, normal_change};
 pub use key::{Key, KeyError, Mismatch};
 pub use parameters::{Parameters, Preset, UnknownPreset};
 pub use sequence::{Identity, Secret, SecretError, watermark};

@@ -8,7 +8,7 @@ use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_extraction::{ExtractError, extract};
 use sombrero_io::{Document, ParseError, WriteError};
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
-use sombrero_watermark::{Distortion, Identity, Key, Parameters, Secret, embed as insert};
+use sombrero_watermark::{Distortion, Identity, Key, Parameters, Secret, embed as insert, normal_change};
 use thiserror::Error;
 
 /// What the mark says and how strong it is.
@@ -72,6 +72,8 @@ pub struct DistortionReport {
     pub relative_max: f64,
     /// `rms` over the largest side.
     pub relative_rms: f64,
+    /// How far face normals turned, root mean square by area, in radians.
+    pub normals_rms: f64,
 }
 
 /// Why a file cannot be marked.
@@ -208,5 +210,6 @@ fn distortion(model: &Model, moved: &[Point3<f64>]) -> DistortionReport {
     };
     let Distortion { max, rms } = Distortion::between(&of(&model.soup().points), &of(moved));
     let side = model.largest_side();
-    DistortionReport { max, rms, relative_max: max / side, relative_rms: rms / side }
+    let normals_rms = normal_change(&model.soup().points, moved, &model.soup().triangles);
+    DistortionReport { max, rms, relative_max: max / side, relative_rms: rms / side, normals_rms }
 }

@@ -9,9 +9,8 @@
 use super::creases::{Creases, Hold};
 use super::{facing, turns};
 use crate::edges::Edges;
-use crate::smooth::Neighbours;
 use nalgebra::{Point3, Vector3, center};
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Soup, Umbrella};
 use sombrero_spatial::Surface;
 
 /// What is remeshed.
@@ -51,7 +50,7 @@ fn places(soup: &Soup, original: &Original) -> Vec<Option<Point3<f64>>> {
         let facing = facing(&soup.points, *corners);
         corners.iter().for_each(|&v| normals[v as usize] += facing);
     }
-    let means = Neighbours::new(soup).step(&soup.points, 1.0);
+    let means = Umbrella::new(soup).step(&soup.points, 1.0);
     let along = |v: usize| match holds[v] {
         Hold::Crease([a, b]) => center(&soup.points[a as usize], &soup.points[b as usize]),
         _ => {

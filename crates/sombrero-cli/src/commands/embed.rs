@@ -69,6 +69,7 @@ fn text(args: &Embed, report: &EmbedReport) -> String {
             "  displacement  max {:.3e}, rms {:.3e} (of the largest side: {:.5}, {:.5})",
             d.max, d.rms, d.relative_max, d.relative_rms
         ),
+        format!("  normals       turned by {:.2} degrees rms", d.normals_rms.to_degrees()),
         format!("  read back     log10 p = {:.1}", report.log10_p),
         format!("  seconds       {:.2}", report.seconds.total()),
     ];

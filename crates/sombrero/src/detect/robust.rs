@@ -11,10 +11,10 @@
 use super::{Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Step, Test, Variant, rows};
 use crate::Suspect;
 use crate::timing::Stages;
-use nalgebra::{Point3, Similarity3};
+use nalgebra::{Affine3, Point3, Similarity3};
 use sombrero_extraction::{Deformation, Estimate, Nuisance};
 use sombrero_mesh::{Matching, Soup, match_connectivity};
-use sombrero_registration::{RegisterOptions, register, similarity_of_pairs};
+use sombrero_registration::{RegisterOptions, register, register_affine, similarity_of_pairs};
 use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, best_of, watermark_test};
 
 /// What is solved for beside the coefficients, simplest first; each starts from the estimate before it.
@@ -32,8 +32,8 @@ const FLOORS: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 /// Tests of one route: the correlation and the ellipsoids of each nuisance.
 const TESTS_PER_ROUTE: usize = NUISANCES.len() * (1 + FLOORS.len());
 
-/// Poses, and matchings of vertices, that are tried at most.
-const MOST_POSES: usize = 4;
+/// Poses, and matchings of vertices, that are tried at most: a cube has as many.
+const MOST_POSES: usize = 24;
 
 /// Matchings are told apart by what a similarity leaves: by this factor and this many largest sides.
 const TOLD_APART: (f64, f64) = (1.5, 5e-4);
@@ -80,7 +80,7 @@ struct Outcome {
     p: LogProbability,
     used: usize,
     estimate: Estimate,
-    pose: Option<Similarity3<f64>>,
+    pose: Option<Affine3<f64>>,
 }
 
 impl<'a> Search<'a> {
@@ -125,7 +125,7 @@ impl<'a> Search<'a> {
                 let extractor = self.prepared.extractor()?;
                 let estimate =
                     self.seconds.time("extraction", || extractor.from_vertices(&placed, nuisance.1))?;
-                self.judge(nuisance.0, false, pose, &estimate)?;
+                self.judge(nuisance.0, false, pose.map(affine), &estimate)?;
                 if self.is_certain() {
                     break;
                 }
@@ -179,51 +179,68 @@ impl<'a> Search<'a> {
         seen.filter_map(|((p, q), _)| p.map(|p| (p, *q))).collect()
     }
 
-    /// The suspect's surface against the original's, in every pose that fits.
+    /// The suspect's surface against the original's, in every pose that fits: the simplest nuisance in all poses
+    /// first, since of a symmetric shape's poses one is right.
     fn surfaces(&mut self) -> Result<(), DetectError> {
         let poses = self.poses()?;
         self.possible -= MOST_POSES;
         self.routes += poses.len();
         let registration = self.options.registration != Step::Never;
-        for pose in poses {
-            let moved = self.suspect.soup.points.iter().map(|p| pose * p).collect();
-            let suspect = Soup::new(moved, self.suspect.soup.triangles.clone());
-            let mut last: Option<Estimate> = None;
-            for (name, nuisance) in NUISANCES {
+        let suspects: Vec<Soup> = poses.iter().map(|pose| moved(&self.suspect.soup, pose)).collect();
+        let mut last: Vec<Option<Estimate>> = vec![None; poses.len()];
+        for (name, nuisance) in NUISANCES {
+            for ((pose, suspect), last) in poses.iter().zip(&suspects).zip(&mut last) {
                 if self.is_certain() {
                     return Ok(());
                 }
                 let extractor = self.prepared.extractor()?;
                 let estimate = self
                     .seconds
-                    .time("extraction", || extractor.from_surface(&suspect, nuisance, last.as_ref()))?;
-                self.judge(name, true, registration.then_some(pose), &estimate)?;
-                last = Some(estimate);
+                    .time("extraction", || extractor.from_surface(suspect, nuisance, last.as_ref()))?;
+                self.judge(name, true, registration.then_some(*pose), &estimate)?;
+                *last = Some(estimate);
             }
         }
         Ok(())
     }
 
-    fn poses(&mut self) -> Result<Vec<Similarity3<f64>>, DetectError> {
+    /// Every pose that the surfaces cannot tell from the best: similarities, or affine maps where no similarity fits.
+    fn poses(&mut self) -> Result<Vec<Affine3<f64>>, DetectError> {
         if self.options.registration == Step::Never {
-            return Ok(vec![Similarity3::identity()]);
+            return Ok(vec![Affine3::identity()]);
         }
         let (prepared, suspect) = (self.prepared, &self.suspect.soup);
-        let found = self.seconds.time("registration", || {
-            register(prepared.reference()?, &suspect.points, &suspect.triangles, &RegisterOptions::default())
+        let options = RegisterOptions::default();
+        let similar = self.seconds.time("registration", || {
+            register(prepared.reference()?, &suspect.points, &suspect.triangles, &options)
         });
-        match found {
-            Ok(found) => {
-                let others = found.alternatives.iter().map(|pose| pose.reference_from_suspect);
-                Ok([found.reference_from_suspect].into_iter().chain(others).take(MOST_POSES).collect())
-            }
-            Err(error) if self.options.registration == Step::Always => Err(error.into()),
+        let similar = match similar {
+            Ok(found) => found,
+            Err(error) if self.options.registration == Step::Always => return Err(error.into()),
             Err(error) => {
                 self.warnings
                     .push(format!("The suspect was taken where it is: it cannot be registered: {error}."));
-                Ok(vec![Similarity3::identity()])
+                return Ok(vec![Affine3::identity()]);
             }
+        };
+        if !similar.trusted {
+            let stretched = self.seconds.time("registration", || {
+                register_affine(prepared.reference()?, &suspect.points, &suspect.triangles, &options)
+            });
+            if let Ok(found) = stretched
+                && found.trusted
+            {
+                let poses = [&found.best].into_iter().chain(&found.alternatives);
+                return Ok(poses.map(|pose| pose.reference_from_suspect).take(MOST_POSES).collect());
+            }
+            self.warnings.push(
+                "The suspect fits the original badly in every pose that was tried; it may be another shape."
+                    .to_owned(),
+            );
         }
+        let others = similar.alternatives.iter().map(|pose| pose.reference_from_suspect);
+        let poses = [similar.reference_from_suspect].into_iter().chain(others).take(MOST_POSES);
+        Ok(poses.map(affine).collect())
     }
 
     /// Every test of one estimate.
@@ -231,7 +248,7 @@ impl<'a> Search<'a> {
         &mut self,
         nuisance: &'static str,
         resampling: bool,
-        pose: Option<Similarity3<f64>>,
+        pose: Option<Affine3<f64>>,
         estimate: &Estimate,
     ) -> Result<(), DetectError> {
         let w = &self.prepared.key().watermark;
@@ -324,6 +341,14 @@ impl<'a> Search<'a> {
             warnings: self.warnings,
         })
     }
+}
+
+fn affine(similarity: Similarity3<f64>) -> Affine3<f64> {
+    Affine3::from_matrix_unchecked(similarity.to_homogeneous())
+}
+
+fn moved(soup: &Soup, pose: &Affine3<f64>) -> Soup {
+    Soup::new(soup.points.iter().map(|p| pose * p).collect(), soup.triangles.clone())
 }
 
 /// w*, `None` where the suspect says nothing.
