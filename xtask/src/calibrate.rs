@@ -351,7 +351,7 @@ impl Kind {
 const NUISANCE: Nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
 
 fn surface(subject: &Subject, name: &str, suspect: &Soup) -> anyhow::Result<Vec<Extracted>> {
-    judges(name, &subject.extractor()?.from_surface(suspect, NUISANCE, None)?)
+    judges(name, &subject.extractor()?.from_surface(suspect, NUISANCE)?)
 }
 
 fn moved(soup: &Soup, similarity: &Similarity3<f64>) -> Soup {

@@ -86,13 +86,13 @@ pub(crate) struct Embed {
     #[arg(long, value_name = "TEXT", default_value = "")]
     pub(crate) recipient: String,
     /// What the mark is made of: robust (200 coefficients that share the energy) or paper (the paper's 50). Both
-    /// move vertices equally far on average.
+    /// move vertices about equally far.
     #[arg(long, value_name = "NAME", default_value_t = Preset::default())]
     pub(crate) preset: Preset,
     /// How many coefficients carry the mark. Default: the preset's, or fewer on a small mesh.
     #[arg(long, value_name = "N")]
     pub(crate) coefficients: Option<usize>,
-    /// Strength of the mark. Default: 0.01.
+    /// Strength of the mark. Default: the preset's, 0.0088 or 0.01.
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) epsilon: Option<f64>,
     /// Basis function: sombrero, derby or hat. Default: sombrero.

@@ -21,7 +21,7 @@ use nalgebra::{Point3, Vector3};
 use sombrero_mesh::{BoundingBox, Soup};
 
 /// The smooth deformations that are projected out. Each contains those before it (a similarity to first order).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Deformation {
     /// Turning, moving and scaling, to first order: what a registration leaves.
@@ -46,6 +46,9 @@ pub struct Nuisance {
 }
 
 impl Deformation {
+    /// All, simplest first.
+    pub const ALL: [Self; 5] = [Self::Similarity, Self::Affine, Self::Quadratic, Self::Cubic, Self::Lattice];
+
     /// Exponents of the Legendre polynomials in x, y and z for each scalar field.
     fn exponents(self) -> Vec<[usize; 3]> {
         let (total, each) = match self {
@@ -97,6 +100,12 @@ impl<'a> Fields<'a> {
     pub(crate) fn columns(&self) -> usize {
         let smooth = if self.deformation == Deformation::Similarity { 7 } else { 3 * self.scalars };
         smooth + self.modes.len()
+    }
+
+    /// The standard deviation that column i's unknown has beforehand: what it moves is of the order of `length`.
+    pub(crate) fn usual(&self, i: usize, length: f64) -> f64 {
+        // A filter's strength is a number of the order of one whatever the units are.
+        if i + self.modes.len() < self.columns() { length } else { 1.0 }
     }
 
     /// n · N at the point of a face with these weights: one row.

@@ -16,7 +16,7 @@
 //! residual is an outlier.
 
 use crate::extractor::{Estimate, EstimateError, Extractor, check};
-use crate::nuisance::{Fields, Nuisance};
+use crate::nuisance::{Deformation, Fields, Nuisance};
 use crate::robust::{GAUSSIAN, TUKEY, biweight, median};
 use crate::system::{Observation, Solution, solve};
 use nalgebra::{Point3, Vector3};
@@ -30,6 +30,8 @@ const SAMPLES: [usize; 2] = [10_000, 60_000];
 const COARSE: usize = 10_000;
 /// Solves at most, on the few and on all points.
 const ITERATIONS: [usize; 2] = [14, 3];
+/// Solves at most for each simpler deformation on the way.
+const APPROACH: usize = 5;
 /// Converged when coefficients change by less than this (root mean square), in their standard deviations.
 const STILL: [f64; 2] = [4e-3, 1e-3];
 /// Points further away than this many medians belong to something else.
@@ -43,16 +45,11 @@ const PRESENT: f64 = 1e-4;
 
 impl Extractor {
     /// `suspect` must have been brought onto the original: within about the size of the features that the mark
-    /// moves. `start`, an estimate with fewer nuisance columns, saves iterations.
+    /// moves, or what is left must be a deformation that `nuisance` has.
     ///
     /// # Errors
     /// [`EstimateError`] when a corner of the suspect is not usable, or it has no area.
-    pub fn from_surface(
-        &self,
-        suspect: &Soup,
-        nuisance: Nuisance,
-        start: Option<&Estimate>,
-    ) -> Result<Estimate, EstimateError> {
+    pub fn from_surface(&self, suspect: &Soup, nuisance: Nuisance) -> Result<Estimate, EstimateError> {
         check(&suspect.points, &suspect.triangles, "suspect")?;
         let count = (SAMPLES_PER_VERTEX * self.original.points.len()).clamp(SAMPLES[0], SAMPLES[1]);
         let all = Points::new(suspect, count);
@@ -60,9 +57,13 @@ impl Extractor {
             return Err(EstimateError::NoArea { which: "suspect" });
         }
         let few = Points::new(suspect, COARSE);
-        let fields = self.fields(nuisance);
-        let positions = start.map_or_else(|| self.original.points.clone(), |e| e.positions.clone());
-        let mut fit = Fit::new(self, &fields, positions);
+        let mut fit = Fit::new(self);
+        for deformation in Deformation::ALL.into_iter().filter(|d| *d < nuisance.deformation) {
+            // What is simple first: a bend is found from a stretch, and a stretch from a turn.
+            fit.fields = self.fields(Nuisance { deformation, smoothing: false });
+            fit.iterate(&few, APPROACH, STILL[0]);
+        }
+        fit.fields = self.fields(nuisance);
         let coarse = fit.iterate(&few, ITERATIONS[0], STILL[0]);
         let (solution, converged) = fit.iterate(&all, ITERATIONS[1], STILL[1]);
         let iterations = (fit.solves, coarse.1 && converged);
@@ -112,7 +113,7 @@ fn normal(points: &[Point3<f64>], triangle: [u32; 3]) -> Vector3<f64> {
 /// The deforming original.
 struct Fit<'a> {
     extractor: &'a Extractor,
-    fields: &'a Fields<'a>,
+    fields: Fields<'a>,
     positions: Vec<Point3<f64>>,
     surface: Surface,
     /// Of the last solve.
@@ -133,14 +134,12 @@ struct Pair {
 }
 
 impl<'a> Fit<'a> {
-    fn new(extractor: &'a Extractor, fields: &'a Fields<'a>, positions: Vec<Point3<f64>>) -> Self {
-        let mut surface = extractor.surface().clone();
-        surface.refit(&positions);
+    fn new(extractor: &'a Extractor) -> Self {
         Self {
             extractor,
-            fields,
-            positions,
-            surface,
+            fields: extractor.fields(Nuisance { deformation: Deformation::Similarity, smoothing: false }),
+            positions: extractor.original.points.clone(),
+            surface: extractor.surface().clone(),
             weights: Vec::new(),
             variance: 0.0,
             distance: 0.0,
@@ -172,8 +171,8 @@ impl<'a> Fit<'a> {
         self.weigh(&pairs, points.weight);
         let observations: Vec<Observation> = pairs.iter().map(|p| p.observation).collect();
         let scale = (self.variance.max((LEAST_SCALE * extractor.side).powi(2)), extractor.side);
-        let solution = solve(&extractor.carrier, self.fields, &observations, &self.weights, scale);
-        self.positions = extractor.positions(self.fields, &solution);
+        let solution = solve(&extractor.carrier, &self.fields, &observations, &self.weights, scale);
+        self.positions = extractor.positions(&self.fields, &solution);
         self.surface.refit(&self.positions);
         self.solves += 1;
         solution

@@ -15,7 +15,7 @@
 //!
 //! eliminates β: P is the precision of w*, the inverse of the covariance of its errors for residuals of variance s².
 //! Both unknowns have weak priors while the fit is under way, so that what the suspect does not show stays 0: w is
-//! standard Gaussian, as every watermark is, and N β is of the order of a tenth of the model. The answer is w*
+//! standard Gaussian, as every watermark is, N β is of the order of a tenth of the model, and a filter's strength of one. The answer is w*
 //! without the prior.
 //!
 //! Matrices are multiplied by plain loops in a fixed order: the same bits on every machine, which a library that picks
@@ -189,8 +189,8 @@ pub(crate) fn solve(
 ) -> Solution {
     let (m, k) = (carrier.coefficients(), fields.columns());
     let Sums { matrix, right } = Sums::of(carrier, fields, observations, weights);
-    let prior = variance / (DEFORMATION * side).powi(2);
-    let elimination = Elimination::new(&matrix, &right, m, k, prior);
+    let prior: Vec<f64> = (0..k).map(|i| variance / fields.usual(i, DEFORMATION * side).powi(2)).collect();
+    let elimination = Elimination::new(&matrix, &right, m, &prior);
     let (information, score) = elimination.reduced(&matrix, &right);
     let w = with_prior(&information, &score, variance);
     let beta = elimination.nuisance(&w);
@@ -207,8 +207,9 @@ struct Elimination {
 }
 
 impl Elimination {
-    fn new(matrix: &DMatrix<f64>, right: &DVector<f64>, m: usize, k: usize, prior: f64) -> Self {
-        let diagonal = |i: usize| matrix[(m + i, m + i)] + prior;
+    fn new(matrix: &DMatrix<f64>, right: &DVector<f64>, m: usize, prior: &[f64]) -> Self {
+        let k = prior.len();
+        let diagonal = |i: usize| matrix[(m + i, m + i)] + prior[i];
         let scale =
             DVector::from_fn(k, |i, _| if diagonal(i) > 0.0 { diagonal(i).sqrt().recip() } else { 0.0 });
         let mut h = DMatrix::from_fn(k, k, |i, j| matrix[(m + i.max(j), m + i.min(j))] * scale[i] * scale[j]);

@@ -108,7 +108,7 @@ proptest! {
         let case = case(900, 30);
         let w = watermark(30, seed);
         let suspect = subdivided(&Soup::new(case.marked(&w), case.soup.triangles.clone()));
-        let found = case.extractor.from_surface(&suspect, NOTHING, None).unwrap();
+        let found = case.extractor.from_surface(&suspect, NOTHING).unwrap();
         prop_assert!(worst(&found, &w) < 0.05, "{}", worst(&found, &w));
         prop_assert!(found.present.iter().all(|p| *p) && found.used > 0.8);
     }
@@ -121,7 +121,7 @@ proptest! {
         let keeps = |t: &&[u32; 3]| t.iter().all(|&v| marked[v as usize].x < cut);
         let triangles: Vec<_> = case.soup.triangles.iter().filter(keeps).copied().collect();
         let suspect = subdivided(&Soup::new(marked.clone(), triangles));
-        let found = case.extractor.from_surface(&suspect, NOTHING, None).unwrap();
+        let found = case.extractor.from_surface(&suspect, NOTHING).unwrap();
         for (i, (&w, &error)) in w.iter().zip(&found.standard_errors).enumerate() {
             let column = case.basis.values().col(i);
             if error < 0.05 {
@@ -135,6 +135,30 @@ proptest! {
             prop_assert!(!present || p.x < cut + 0.1);
         }
     }
+}
+
+/// A bend of a few percent, between surfaces of different tessellation: simple deformations lead the way.
+#[test]
+fn a_bend_is_told_from_the_mark() {
+    let case = case_of(&shapes::bust(16), 40);
+    let w = watermark(40, 2);
+    let bounds = case.soup.bounding_box().unwrap();
+    let (centre, side) = (nalgebra::center(&bounds.min, &bounds.max), bounds.largest_side());
+    let bend = |p: &Point3<f64>| {
+        let u = (p - centre) / side;
+        p + Vector3::new(0.08 * u.y * u.y, 0.06 * u.x * u.z, -0.1 * u.x * u.x * u.y) * side
+    };
+    let bent: Vec<_> = case.marked(&w).iter().map(bend).collect();
+    let suspect = subdivided(&Soup::new(bent, case.soup.triangles.clone()));
+    let nuisance = Nuisance { deformation: Deformation::Lattice, smoothing: true };
+    let found = case.extractor.from_surface(&suspect, nuisance).unwrap();
+    let known: Vec<usize> = (0..40).filter(|&i| found.standard_errors[i] < 0.2).collect();
+    let errors: Vec<f64> = known.iter().map(|&i| (found.coefficients[i] - w[i]).powi(2)).collect();
+    let rms = (errors.iter().sum::<f64>() / errors.len() as f64).sqrt();
+    assert!(known.len() > 20 && rms < 0.3, "{} known to {rms}", known.len());
+    let stiff = case.extractor.from_surface(&suspect, NOTHING).unwrap();
+    let wrong: Vec<f64> = known.iter().map(|&i| (stiff.coefficients[i] - w[i]).powi(2)).collect();
+    assert!(wrong.iter().sum::<f64>() > 10.0 * errors.iter().sum::<f64>());
 }
 
 /// Of many noisy copies, errors are as large as said.
@@ -203,7 +227,7 @@ fn threads_do_not_change_a_bit() {
     let nuisance = Nuisance { deformation: Deformation::Lattice, smoothing: true };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| case.extractor.from_surface(&suspect, nuisance, None).unwrap())
+        pool.install(|| case.extractor.from_surface(&suspect, nuisance).unwrap())
     };
     let (one, two) = (run(1), run(2));
     assert_eq!(one.coefficients, two.coefficients);
@@ -219,7 +243,7 @@ fn senseless_questions_are_refused() {
     let mut broken = some(points);
     broken[3] = Some(Point3::new(f64::NAN, 0.0, 0.0));
     assert_eq!(vertices(&broken), EstimateError::Vertex { which: "suspect", vertex: 3 });
-    let surface = |soup: Soup| case.extractor.from_surface(&soup, NOTHING, None).unwrap_err();
+    let surface = |soup: Soup| case.extractor.from_surface(&soup, NOTHING).unwrap_err();
     assert_eq!(surface(Soup::default()), EstimateError::NoArea { which: "suspect" });
     let beyond = Soup::new(points.clone(), vec![[0, 1, u32::MAX]]);
     assert_eq!(surface(beyond), EstimateError::Vertex { which: "suspect", vertex: u32::MAX as usize });
@@ -251,7 +275,7 @@ fn any_suspect_gives_numbers() {
         for deformation in [Deformation::Similarity, Deformation::Affine, Deformation::Lattice] {
             for smoothing in [false, true] {
                 let nuisance = Nuisance { deformation, smoothing };
-                let found = case.extractor.from_surface(&suspect, nuisance, None).unwrap();
+                let found = case.extractor.from_surface(&suspect, nuisance).unwrap();
                 assert!(found.coefficients.iter().all(|w| w.is_finite()), "{nuisance:?}");
                 assert!(found.precision.iter().all(|p| p.is_finite()), "{nuisance:?}");
                 assert!(found.standard_errors.iter().all(|s| *s >= 0.0) && found.residual_rms.is_finite());

@@ -21,11 +21,12 @@ impl Default for Parameters {
     }
 }
 
-/// Parameters with a name. Both move vertices equally far (root mean square, on average over marks).
+/// Parameters with a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Preset {
-    /// 200 coefficients that share the energy by the roots of their heights: survives more. The default.
+    /// 200 coefficients that share the energy by the roots of their heights: survives more. The default. It moves
+    /// vertices about as far as the paper's (root mean square).
     #[default]
     Robust,
     /// The paper's: 50 coefficients by their heights.
@@ -38,12 +39,14 @@ impl Preset {
 
     /// What the name stands for.
     pub fn parameters(self) -> Parameters {
-        let (coefficients, amplitudes) = match self {
-            Self::Robust => (200, Amplitudes::RootHeights),
-            Self::Paper => (50, Amplitudes::Heights),
+        let (coefficients, amplitudes, epsilon) = match self {
+            // At 0.01 the expected energy is that of the paper's. But there a few tall functions carry it, and most
+            // marks move less than the mean; 0.0088 keeps below their median on the paper's four models.
+            Self::Robust => (200, Amplitudes::RootHeights, 0.0088),
+            Self::Paper => (50, Amplitudes::Heights, 0.01),
         };
         let basis = BasisOptions { coefficients, function: BasisFunction::Sombrero, amplitudes };
-        Parameters { basis, epsilon: 0.01 }
+        Parameters { basis, epsilon }
     }
 
     /// The name on the command line.

@@ -17,7 +17,7 @@ use sombrero_mesh::{Matching, Soup, match_connectivity};
 use sombrero_registration::{RegisterOptions, register, register_affine, similarity_of_pairs};
 use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, best_of, watermark_test};
 
-/// What is solved for beside the coefficients, simplest first; each starts from the estimate before it.
+/// What is solved for beside the coefficients, simplest first.
 const NUISANCES: [(&str, Nuisance); 4] = [
     ("similarity", Nuisance { deformation: Deformation::Similarity, smoothing: false }),
     ("similarity, smoothing", Nuisance { deformation: Deformation::Similarity, smoothing: true }),
@@ -187,18 +187,15 @@ impl<'a> Search<'a> {
         self.routes += poses.len();
         let registration = self.options.registration != Step::Never;
         let suspects: Vec<Soup> = poses.iter().map(|pose| moved(&self.suspect.soup, pose)).collect();
-        let mut last: Vec<Option<Estimate>> = vec![None; poses.len()];
         for (name, nuisance) in NUISANCES {
-            for ((pose, suspect), last) in poses.iter().zip(&suspects).zip(&mut last) {
+            for (pose, suspect) in poses.iter().zip(&suspects) {
                 if self.is_certain() {
                     return Ok(());
                 }
                 let extractor = self.prepared.extractor()?;
-                let estimate = self
-                    .seconds
-                    .time("extraction", || extractor.from_surface(suspect, nuisance, last.as_ref()))?;
+                let estimate =
+                    self.seconds.time("extraction", || extractor.from_surface(suspect, nuisance))?;
                 self.judge(name, true, registration.then_some(*pose), &estimate)?;
-                *last = Some(estimate);
             }
         }
         Ok(())
