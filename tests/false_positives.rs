@@ -4,11 +4,13 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use sombrero::Prepared;
 use sombrero::attacks::apply_all;
+use sombrero::extraction::{Deformation, Extractor, Nuisance};
 use sombrero::io::{Document, Format};
 use sombrero::mesh::shapes;
-use sombrero::stats::{WatermarkTestOptions, watermark_test, wilson_interval};
+use sombrero::stats::{Ellipsoid, WatermarkTestOptions, watermark_test, wilson_interval};
 use sombrero::watermark::{Identity, Preset, Secret, watermark};
 use sombrero_tests::{document, marked_by, test_known};
 
@@ -46,6 +48,39 @@ fn assert_calibrated(specs: &[&str]) {
     // None of ten thousand comes near the usual threshold.
     let best = p.iter().copied().fold(1.0, f64::min);
     assert!(best > 1e-6, "{specs:?}: {best}");
+}
+
+/// The robust tests promise no less: of strange keys at most a share p is as near to what was found as p tells.
+#[test]
+fn of_strange_keys_at_most_a_share_p_is_in_the_ellipsoid() {
+    let original = document(Format::PlyBinaryLittleEndian, &shapes::bumpy_sphere(900));
+    let somebody_else = marked_by(&original, 0xee, Preset::Paper);
+    let copy = Document::parse(somebody_else.bytes, None).unwrap();
+    let key = Prepared::new(&original, somebody_else.key).unwrap();
+    let extractor = Extractor::new(key.basis(), key.key().parameters.epsilon, key.model().soup()).unwrap();
+    let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
+    let attacks = ["simplify:ratio=0.5", "crop:fraction=0.333"].map(|s| s.parse().unwrap());
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let suspect = apply_all(&attacks, &copy.soup(), &mut rng).unwrap().soup;
+    let estimate = extractor.from_surface(&suspect, nuisance).unwrap();
+    let ellipsoid = Ellipsoid::new(&estimate.coefficients, &estimate.precision).unwrap();
+    assert!(ellipsoid.test(&key.key().watermark).unwrap().bound.log10() < -6.0, "a trivial suspect");
+    for floor in [0.0, 0.3] {
+        let ellipsoid = ellipsoid.with_floor(floor).unwrap();
+        let mut hits = [0; 3];
+        for _ in 0..KEYS {
+            let w: Vec<f64> = StandardNormal.sample_iter(&mut rng).take(50).collect();
+            let p = ellipsoid.test(&w).unwrap().bound.p();
+            for (hits, nominal) in hits.iter_mut().zip([0.1, 0.01, 0.001]) {
+                *hits += usize::from(p <= nominal);
+            }
+        }
+        for (hits, nominal) in hits.into_iter().zip([0.1, 0.01, 0.001]) {
+            let interval = wilson_interval(hits, KEYS, 0.999).unwrap();
+            assert!(interval.low <= nominal, "floor {floor}: {hits} of {KEYS} at {nominal}");
+        }
+        assert!(hits[0] > KEYS / 1000, "a bound that is never reached tests nothing: {hits:?}");
+    }
 }
 
 #[test]

@@ -19,7 +19,7 @@ use sombrero::{DetectOptions, EmbedOptions, EmbedReport, Marked, Prepared, Stage
 use std::path::{Path, PathBuf};
 
 /// The attacks of the table.
-const BATTERY: [(&str, &str); 9] = [
+const BATTERY: [(&str, &str); 12] = [
     ("none", "none"),
     ("noise 0.2 %", "noise:amplitude=0.002"),
     ("noise 0.45 %", "noise:amplitude=0.0045"),
@@ -29,6 +29,12 @@ const BATTERY: [(&str, &str); 9] = [
     ("crop, right third", "crop:fraction=0.333"),
     ("turned, moved, scaled", "transform"),
     ("simplified to a half", "reorder simplify:ratio=0.5"),
+    ("bent by 2 %, simplified", "simplify:ratio=0.5 ffd:strength=0.02"),
+    ("marching cubes", "isosurface:resolution=96 transform"),
+    (
+        "all of the paper's",
+        "reorder noise:amplitude=0.002 smooth:iterations=10 transform simplify:ratio=0.5 watermark crop:fraction=0.333",
+    ),
 ];
 
 #[derive(Serialize)]
