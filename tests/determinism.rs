@@ -8,7 +8,8 @@ use sombrero::attacks::Attack;
 use sombrero::basis::{BasisFunction, BasisOptions};
 use sombrero::io::{Document, Format};
 use sombrero::mesh::shapes;
-use sombrero::{Model, attack, detect};
+use sombrero::watermark::Preset;
+use sombrero::{DetectOptions, Model, attack, detect};
 use sombrero_tests::{Workshop, as_it_is, document, groups, marked, ring, samples};
 
 fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
@@ -35,6 +36,25 @@ fn a_copy_and_its_key_do_not_depend_on_threads() {
     }
 }
 
+/// Registration, surface and free-form fit included.
+#[test]
+fn what_is_found_without_a_hint_does_not_depend_on_threads() {
+    let original = document(Format::Obj, &shapes::bust(12));
+    let mark = marked(&original, 1);
+    let copy = Document::parse(mark.bytes, None).unwrap();
+    let attacks: Vec<Attack> =
+        ["simplify:ratio=0.4", "noise:amplitude=0.008", "transform"].map(|s| s.parse().unwrap()).to_vec();
+    let suspect = attack(&copy, &attacks, &mut ChaCha8Rng::seed_from_u64(3)).unwrap();
+    let suspect = Document::parse(suspect.bytes, None).unwrap();
+    let run = |threads| {
+        with_threads(threads, || {
+            let found = detect(&suspect, &original, &mark.key, &DetectOptions::default()).unwrap();
+            (found.log10_p.to_bits(), found.extracted, found.variants, found.found)
+        })
+    };
+    assert!(run(1) == run(2));
+}
+
 #[test]
 fn the_basis_of_a_generated_mesh_is_pinned() {
     // Whoever changes collapses, magnitudes, supports or functions breaks every key that exists. Then keys
@@ -54,6 +74,16 @@ fn the_basis_of_a_generated_mesh_is_pinned() {
     assert_eq!(
         digest(BasisFunction::Hat),
         "75b15590c2ddce14ccdb9b6a5f4c50e56b3d0dfed1ff00b149e18f77e8032bf2"
+    );
+}
+
+#[test]
+fn the_robust_presets_basis_is_pinned() {
+    let model = Model::new(&shapes::bumpy_sphere(1000));
+    let options = BasisOptions { coefficients: 80, ..Preset::Robust.parameters().basis };
+    assert_eq!(
+        hex::encode(model.basis(&options).unwrap().digest()),
+        "6a2ef4d1ec4b3d4fcfba10ee0f17b52485db0437fb7bea2f47c04e81a591c5f0"
     );
 }
 
