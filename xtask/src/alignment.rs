@@ -100,7 +100,8 @@ struct Row {
     median_cpu_seconds: f64,
     median_wall_seconds: f64,
     median_hypotheses: f64,
-    outcomes: Vec<Outcome>,
+    /// The trials that were not both right and trusted.
+    exceptions: Vec<Outcome>,
 }
 
 /// One trial.
@@ -508,7 +509,7 @@ impl Row {
             median_cpu_seconds: middle(&|o| o.cpu_seconds),
             median_wall_seconds: middle(&|o| o.wall_seconds),
             median_hypotheses: middle(&|o| o.hypotheses as f64),
-            outcomes,
+            exceptions: outcomes.into_iter().filter(|o| !(o.right && o.trusted)).collect(),
         }
     }
 
