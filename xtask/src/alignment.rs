@@ -15,7 +15,9 @@ use serde::Serialize;
 use sombrero::attacks::{Attack, apply};
 use sombrero::io::Document;
 use sombrero::mesh::{Soup, shapes};
-use sombrero::registration::{AffinePose, Reference, RegisterOptions, register, register_affine};
+use sombrero::registration::{
+    AffinePose, AffineRegistration, Reference, RegisterOptions, Registration, register, register_affine,
+};
 use sombrero::spatial::Surface;
 use sombrero::stats::median;
 use std::fmt::Write as _;
@@ -117,13 +119,9 @@ struct Outcome {
     hypotheses: usize,
     right: bool,
     trusted: bool,
-    score: f64,
-    overlap: f64,
-    suspect_overlap: f64,
-    agreement: f64,
-    sharpness: f64,
-    /// In largest sides.
-    rms: f64,
+    /// With the distance in largest sides.
+    #[serde(flatten)]
+    fit: Fit,
     cpu_seconds: f64,
     wall_seconds: f64,
 }
@@ -277,12 +275,7 @@ impl Subject {
             hypotheses: answer.poses.len(),
             right: kind != Kind::Unrelated && (error < RIGHT || self.symmetric && surface < RIGHT),
             trusted: answer.trusted,
-            score: answer.score,
-            overlap: answer.overlap,
-            suspect_overlap: answer.suspect_overlap,
-            agreement: answer.agreement,
-            sharpness: answer.sharpness,
-            rms: answer.rms / self.side,
+            fit: Fit { rms: answer.fit.rms / self.side, ..answer.fit },
             cpu_seconds,
             wall_seconds,
         })
@@ -314,47 +307,23 @@ impl Subject {
     }
 
     fn answer(&self, kind: Kind, points: &[Point3<f64>], triangles: &[[u32; 3]]) -> anyhow::Result<Answer> {
+        let (reference, options) = (&self.reference, RegisterOptions::default());
         if matches!(kind, Kind::Affine | Kind::AffineThirdCut) {
-            return self.affine_answer(points, triangles);
+            let found = register_affine(reference, points, triangles, &options)?;
+            let AffineRegistration { best, agreement, sharpness, trusted, alternatives, .. } = found;
+            let AffinePose { score, overlap, suspect_overlap, rms, .. } = best;
+            let poses = std::iter::once(&best).chain(&alternatives);
+            let poses = poses.map(|pose| pose.reference_from_suspect.to_homogeneous()).collect();
+            let fit = Fit { score, overlap, suspect_overlap, agreement, sharpness, rms };
+            return Ok(Answer { poses, trusted, fit });
         }
-        let found = register(&self.reference, points, triangles, &RegisterOptions::default())?;
-        let poses = std::iter::once(&found.reference_from_suspect)
-            .chain(found.alternatives.iter().map(|a| &a.reference_from_suspect))
-            .map(Similarity3::to_homogeneous)
-            .collect();
-        let (score, rms) = (found.score, found.rms);
-        let (overlap, suspect_overlap) = (found.overlap, found.suspect_overlap);
-        let (agreement, sharpness) = (found.agreement, found.sharpness);
-        Ok(Answer {
-            poses,
-            trusted: found.trusted,
-            score,
-            overlap,
-            suspect_overlap,
-            agreement,
-            sharpness,
-            rms,
-        })
-    }
-
-    fn affine_answer(&self, points: &[Point3<f64>], triangles: &[[u32; 3]]) -> anyhow::Result<Answer> {
-        let found = register_affine(&self.reference, points, triangles, &RegisterOptions::default())?;
-        let poses = std::iter::once(&found.best)
-            .chain(&found.alternatives)
-            .map(|pose| pose.reference_from_suspect.to_homogeneous())
-            .collect();
-        let AffinePose { score, rms, overlap, suspect_overlap, .. } = found.best;
-        let (agreement, sharpness) = (found.agreement, found.sharpness);
-        Ok(Answer {
-            poses,
-            trusted: found.trusted,
-            score,
-            overlap,
-            suspect_overlap,
-            agreement,
-            sharpness,
-            rms,
-        })
+        let found = register(reference, points, triangles, &options)?;
+        let Registration { score, overlap, suspect_overlap, agreement, sharpness, rms, .. } = found;
+        let others = found.alternatives.iter().map(|pose| &pose.reference_from_suspect);
+        let poses = std::iter::once(&found.reference_from_suspect).chain(others);
+        let poses = poses.map(Similarity3::to_homogeneous).collect();
+        let fit = Fit { score, overlap, suspect_overlap, agreement, sharpness, rms };
+        Ok(Answer { poses, trusted: found.trusted, fit })
     }
 
     /// Largest distance of a vertex from its place, in largest sides.
@@ -375,6 +344,12 @@ impl Subject {
 struct Answer {
     poses: Vec<Matrix4<f64>>,
     trusted: bool,
+    fit: Fit,
+}
+
+/// How well the pose fits, as registration tells it.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Fit {
     score: f64,
     overlap: f64,
     suspect_overlap: f64,

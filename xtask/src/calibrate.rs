@@ -18,7 +18,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
-use sombrero::DetectOptions;
 use sombrero::attacks::{Attack, apply_all};
 use sombrero::extraction::{Deformation, Estimate, Nuisance};
 use sombrero::io::{Document, Format, encode};
@@ -27,6 +26,7 @@ use sombrero::registration::{Reference, RegisterOptions, register};
 use sombrero::resampling::{ResampleOptions, resample};
 use sombrero::stats::{Ellipsoid, LogProbability, WatermarkTestOptions, watermark_test, wilson_interval};
 use sombrero::watermark::Preset;
+use sombrero::{DetectOptions, FLOORS};
 use std::path::{Path, PathBuf};
 
 /// Whether probabilities are rates.
@@ -236,11 +236,9 @@ impl Judge {
 
 /// Every test that the robust method makes of an estimate.
 fn judges(name: &str, estimate: &Estimate) -> anyhow::Result<Vec<Extracted>> {
-    let known = estimate.coefficients.iter().zip(&estimate.standard_errors);
-    let known = known.map(|(w, error)| error.is_finite().then_some(*w)).collect();
     let mut judges =
-        vec![Extracted { name: format!("{name}, correlation"), judge: Judge::Correlation(known) }];
-    for floor in [0.0, 0.1, 0.3, 1.0] {
+        vec![Extracted { name: format!("{name}, correlation"), judge: Judge::Correlation(estimate.known()) }];
+    for floor in FLOORS {
         let judge = Judge::ellipsoid(estimate, floor)?;
         judges.push(Extracted { name: format!("{name}, ellipsoid, floor {floor}"), judge });
     }
@@ -257,11 +255,8 @@ pub(crate) fn run(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
     if args.keys < CHUNK || !args.keys.is_multiple_of(CHUNK) {
         bail!("the number of keys must be a multiple of {CHUNK}");
     }
-    let (preset, suffix) = match args.method {
-        Method::Paper => (Preset::Paper, ""),
-        Method::Robust => (Preset::Robust, "-robust"),
-    };
-    let read = |file| Subject::read(folder, file, preset);
+    let suffix = args.method.suffix();
+    let read = |file| Subject::read(folder, file, args.method.preset());
     let subjects = [("fandisk", read("fandisk.obj")?), ("head", read("head.obj")?)];
     let wanted = KINDS.iter().filter(|kind| args.method == Method::Robust || !kind.surface);
     let bar = bar((wanted.clone().count() as u64 + 1) * args.keys, "watermarks")?;
@@ -496,14 +491,13 @@ const BATTERY: [&str; 10] = [
 
 impl Pipeline {
     fn run(method: Method, suspects: u64) -> anyhow::Result<Self> {
-        let preset = if method == Method::Paper { Preset::Paper } else { Preset::Robust };
         let shapes = [
             ("bumpy sphere", shapes::bumpy_sphere(600)),
             ("bust", shapes::bust(8)),
             ("part", shapes::part(1)),
         ];
         let originals =
-            shapes.iter().map(|(_, soup)| subject(soup, preset)).collect::<Result<Vec<_>, _>>()?;
+            shapes.iter().map(|(_, soup)| subject(soup, method.preset())).collect::<Result<Vec<_>, _>>()?;
         let bar = bar(suspects, "suspects")?;
         let p = (0..suspects).into_par_iter().map(|i| {
             let subject = &originals[i as usize % originals.len()];

@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Presets, folder: &Path) -> anyhow::Result<()> {
     let mut lines = Vec::new();
     for model in MODELS.iter().filter(|m| m.name != "dragon") {
         let document = read(folder, model.file)?;
-        let paper = distortion(&document, &Preset::Paper.parameters(), args.runs)?;
+        let paper = distortion(&marked(&document, &Preset::Paper.parameters(), args.runs)?)?;
         for equal in [Equal::Displacement, Equal::Normals] {
             let of = |&candidate: &(usize, Amplitudes)| {
                 line(model.name, &document, equal, candidate, paper, args.runs)
@@ -100,15 +100,14 @@ fn line(
 ) -> anyhow::Result<Option<Line>> {
     let Parameters { basis, epsilon } = Preset::Paper.parameters();
     let at = |epsilon| Parameters { basis: BasisOptions { coefficients, amplitudes, ..basis }, epsilon };
-    let usual = match distortion(document, &at(epsilon), runs) {
+    let usual = match marked(document, &at(epsilon), runs) {
         Err(error) if error.downcast_ref::<BasisError>().is_some() => return Ok(None),
-        other => other?,
+        other => distortion(&other?)?,
     };
     let which = usize::from(equal == Equal::Normals);
     let parameters = at(epsilon * paper[which] / usual[which]);
-    let [relative_rms, normals_rms] = distortion(document, &parameters, runs)?;
-    let marked =
-        (0..runs).map(|seed| Marked::new(document, &parameters, seed)).collect::<anyhow::Result<Vec<_>>>()?;
+    let marked = marked(document, &parameters, runs)?;
+    let [relative_rms, normals_rms] = distortion(&marked)?;
     let log10_p = ATTACKS.iter().map(|(_, attack)| {
         let look = |(seed, marked): (u64, &Marked)| {
             let attacked = marked.attacked(attack, seed)?;
@@ -129,15 +128,19 @@ fn line(
     }))
 }
 
-/// Root mean square displacement in largest sides and change of normals in radians, medians over seeds.
-fn distortion(document: &Document, parameters: &Parameters, runs: u64) -> anyhow::Result<[f64; 2]> {
-    let of = |seed| {
-        let marked = Marked::new(document, parameters, seed)?;
+/// A marked copy for each seed.
+fn marked(document: &Document, parameters: &Parameters, runs: u64) -> anyhow::Result<Vec<Marked>> {
+    (0..runs).map(|seed| Marked::new(document, parameters, seed)).collect()
+}
+
+/// Root mean square displacement in largest sides and change of normals in radians, medians over marks.
+fn distortion(marked: &[Marked]) -> anyhow::Result<[f64; 2]> {
+    let of = |marked: &Marked| {
         let original = marked.prepared.model().soup();
         let normals = normal_change(&original.points, &marked.copy.points, &original.triangles);
-        Ok([marked.relative_rms, normals])
+        [marked.relative_rms, normals]
     };
-    let all = (0..runs).map(of).collect::<anyhow::Result<Vec<_>>>()?;
+    let all: Vec<[f64; 2]> = marked.iter().map(of).collect();
     let middle = |k: usize| {
         median(&all.iter().map(|d| d[k]).collect::<Vec<_>>()).context("a median of finite numbers")
     };

@@ -17,7 +17,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::attacks::{Attack, apply};
 use sombrero::stats::{median, wilson_interval};
-use sombrero::watermark::Preset;
 use sombrero::{DetectOptions, Step, Suspect};
 use std::path::{Path, PathBuf};
 
@@ -88,11 +87,8 @@ pub(crate) fn run(args: &Roc, folder: &Path) -> anyhow::Result<()> {
     if args.trials == 0 {
         bail!("a curve needs at least one trial");
     }
-    let (preset, suffix) = match args.method {
-        Method::Paper => (Preset::Paper, ""),
-        Method::Robust => (Preset::Robust, "-robust"),
-    };
-    let fandisk = Subject::read(folder, "fandisk.obj", preset)?;
+    let suffix = args.method.suffix();
+    let fandisk = Subject::read(folder, "fandisk.obj", args.method.preset())?;
     let bar = ProgressBar::new(u64::from(args.trials) * AMPLITUDES.len() as u64);
     bar.set_style(ProgressStyle::with_template("{elapsed} {bar:40} {pos}/{len} trials, {eta} left")?);
     let curves = (0..).zip(AMPLITUDES).map(|(which, (row, amplitude))| {

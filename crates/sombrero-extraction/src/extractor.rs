@@ -157,6 +157,12 @@ fn rims(triangles: &[[u32; 3]]) -> BTreeSet<[u32; 2]> {
 }
 
 impl Estimate {
+    /// w*, `None` where the suspect says nothing: as a test that weighs all coefficients alike wants it.
+    pub fn known(&self) -> Vec<Option<f64>> {
+        let pairs = self.coefficients.iter().zip(&self.standard_errors);
+        pairs.map(|(w, error)| error.is_finite().then_some(*w)).collect()
+    }
+
     pub(crate) fn new(
         solution: &Solution,
         weights: &[f64],

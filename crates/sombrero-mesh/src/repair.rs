@@ -13,7 +13,7 @@
 //! 5. If two edges still join the same two copies, a face beside the later one is unglued all around,
 //!    until none do. Every step unglues a face, and single triangles are a manifold, so it ends.
 
-use crate::sides::{Sides, apex, ends};
+use crate::sides::{Sides, ends};
 use crate::{Mesh, Soup};
 use nalgebra::Point3;
 
@@ -114,7 +114,7 @@ fn usable_faces(soup: &Soup, report: &mut Report) -> (Vec<[u32; 3]>, Vec<u32>) {
             face_source.push(f as u32);
         }
     }
-    let doubled = doubled_faces(soup.points.len(), &triangles);
+    let doubled = Sides::group(soup.points.len(), &triangles).doubled_faces(&triangles);
     report.doubled_faces = doubled.iter().filter(|&&d| d).count();
     if report.doubled_faces > 0 {
         let mut keep = doubled.iter().map(|d| !d);
@@ -123,21 +123,6 @@ fn usable_faces(soup: &Soup, report: &mut Report) -> (Vec<[u32; 3]>, Vec<u32>) {
         face_source.retain(|_| keep.next().unwrap_or(true));
     }
     (triangles, face_source)
-}
-
-/// Marks faces whose three corners an earlier face has too: two sides on one edge with the same apex.
-fn doubled_faces(vertex_count: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
-    let mut doubled = vec![false; triangles.len()];
-    let mut apices: Vec<(u32, u32)> = Vec::new();
-    for group in Sides::group(vertex_count, triangles).groups().filter(|g| g.len() > 1) {
-        apices.clear();
-        apices.extend(group.iter().map(|&side| (apex(triangles, side as usize), side / 3)));
-        apices.sort_unstable();
-        for pair in apices.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-            doubled[pair[1].1 as usize] = true;
-        }
-    }
-    doubled
 }
 
 const LOOSE: u32 = u32::MAX;

@@ -45,6 +45,22 @@ impl Sides {
         self.starts.windows(2).map(|w| &self.order[w[0] as usize..w[1] as usize])
     }
 
+    /// Marks faces whose three corners an earlier face has too: two sides on one edge with the same apex. These
+    /// must be the sides of `triangles`.
+    pub(crate) fn doubled_faces(&self, triangles: &[[u32; 3]]) -> Vec<bool> {
+        let mut doubled = vec![false; triangles.len()];
+        let mut apices: Vec<(u32, u32)> = Vec::new();
+        for group in self.groups().filter(|group| group.len() > 1) {
+            apices.clear();
+            apices.extend(group.iter().map(|&side| (apex(triangles, side as usize), side / 3)));
+            apices.sort_unstable();
+            for pair in apices.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+                doubled[pair[1].1 as usize] = true;
+            }
+        }
+        doubled
+    }
+
     /// How many edges there are.
     pub(crate) fn edge_count(&self) -> usize {
         self.starts.len() - 1

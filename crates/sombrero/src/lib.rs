@@ -13,7 +13,7 @@ mod timing;
 pub use attack::{AttackFileError, AttackedFile, attack};
 pub use compare::{CompareError, Comparison, compare};
 pub use detect::{
-    Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Step, Test, Variant, detect,
+    Alignment, DetectError, DetectOptions, Detection, FLOORS, Method, Prepared, Step, Test, Variant, detect,
 };
 pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Marked, embed};
 pub use info::{Corners, Info, info};

@@ -16,6 +16,7 @@ use journal::Journal;
 use paper::{MODELS, Model, Row, TABLE2};
 use rayon::prelude::*;
 use sombrero::basis::BasisFunction;
+use sombrero::watermark::Preset;
 use std::path::{Path, PathBuf};
 use trial::{Subject, Trial};
 
@@ -64,6 +65,28 @@ pub(crate) enum Method {
     Robust,
 }
 
+impl Method {
+    fn name(self) -> &'static str {
+        sombrero::Method::from(self).name()
+    }
+
+    /// The preset that goes with it.
+    pub(crate) fn preset(self) -> Preset {
+        match self {
+            Self::Paper => Preset::Paper,
+            Self::Robust => Preset::Robust,
+        }
+    }
+
+    /// What the names of its results end in.
+    pub(crate) fn suffix(self) -> &'static str {
+        match self {
+            Self::Paper => "",
+            Self::Robust => "-robust",
+        }
+    }
+}
+
 impl From<Method> for sombrero::Method {
     fn from(method: Method) -> Self {
         match method {
@@ -75,7 +98,7 @@ impl From<Method> for sombrero::Method {
 
 /// A model with a mark, and the rows to try on it.
 struct Job {
-    method: sombrero::Method,
+    method: Method,
     model: &'static Model,
     function: BasisFunction,
     seed: u64,
@@ -91,7 +114,7 @@ pub(crate) fn run(args: &Tables, folder: &Path) -> anyhow::Result<()> {
     if wanted.is_empty() {
         bail!("no row of Table 1 is called {}", args.rows.join(" or "));
     }
-    let jobs = jobs(args.method.into(), &models, &wanted, args.runs);
+    let jobs = jobs(args.method, &models, &wanted, args.runs);
     let trials = compute(&jobs, folder)?;
     let (mut table1, mut table2, mut beyond) = (Vec::new(), Vec::new(), Vec::new());
     for model in &models {
@@ -112,8 +135,7 @@ pub(crate) fn run(args: &Tables, folder: &Path) -> anyhow::Result<()> {
     }
     let table3 =
         models.iter().map(|model| times::measure(folder, model)).collect::<anyhow::Result<Vec<_>>>()?;
-    let method: sombrero::Method = args.method.into();
-    show::write(&args.folder(), method.name(), args.runs, [&table1, &table2, &beyond], &table3)
+    show::write(&args.folder(), args.method.name(), args.runs, [&table1, &table2, &beyond], &table3)
 }
 
 fn models(only: &[String]) -> anyhow::Result<Vec<&'static Model>> {
@@ -129,7 +151,7 @@ fn in_table2(model: &Model, row: &Row) -> bool {
 }
 
 /// The large models first, so that the last job is a short one.
-fn jobs(method: sombrero::Method, models: &[&'static Model], wanted: &[&'static Row], runs: u64) -> Vec<Job> {
+fn jobs(method: Method, models: &[&'static Model], wanted: &[&'static Row], runs: u64) -> Vec<Job> {
     let mut jobs = Vec::new();
     for &model in models.iter().rev() {
         for function in BasisFunction::ALL.into_iter().rev() {

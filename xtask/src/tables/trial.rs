@@ -1,11 +1,12 @@
 //! One trial: a model, a basis, a seed and a row of Table 1.
 
+use super::Method;
 use super::paper::{Model, Row};
 use crate::marked::{Marked, read};
 use serde::{Deserialize, Serialize};
 use sombrero::basis::{BasisFunction, BasisOptions};
-use sombrero::watermark::{Parameters, Preset};
-use sombrero::{DetectOptions, Method, Step};
+use sombrero::watermark::Parameters;
+use sombrero::{DetectOptions, Step};
 use std::path::Path;
 use std::time::Instant;
 
@@ -34,8 +35,7 @@ pub(crate) struct Trial {
 
 /// The preset that goes with a method, with this basis function.
 fn parameters(method: Method, function: BasisFunction) -> Parameters {
-    let preset = if method == Method::Paper { Preset::Paper } else { Preset::Robust };
-    let Parameters { basis, epsilon } = preset.parameters();
+    let Parameters { basis, epsilon } = method.preset().parameters();
     Parameters { basis: BasisOptions { function, ..basis }, epsilon }
 }
 
@@ -57,14 +57,14 @@ impl Subject {
         let start = Instant::now();
         let attacked = self.marked.attacked(row.attack, self.seed)?;
         let step = |taken: bool| if taken { Step::Always } else { Step::Never };
-        let usual = DetectOptions { method: self.method, seed: self.seed, ..DetectOptions::default() };
+        let usual = DetectOptions { method: self.method.into(), seed: self.seed, ..DetectOptions::default() };
         let options = match self.method {
             Method::Paper => DetectOptions {
                 registration: step(row.registration),
                 resampling: step(row.resampling),
                 ..usual
             },
-            _ => usual,
+            Method::Robust => usual,
         };
         let log10_p = self.marked.look(attacked, !row.resampling, &options);
         Ok(Trial {

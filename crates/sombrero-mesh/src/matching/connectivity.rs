@@ -1,6 +1,6 @@
 //! Who is next to whom in any list of triangles, as far as it is a manifold.
 
-use crate::sides::{Sides, apex, ends};
+use crate::sides::{Sides, ends};
 
 /// No side, face or vertex.
 pub(super) const NONE: u32 = u32::MAX;
@@ -108,28 +108,13 @@ fn usable(triangles: &[[u32; 3]], vertex_count: usize) -> (Vec<[u32; 3]>, Sides)
         .filter(|corners @ &[a, b, c]| in_range(corners) && a != b && b != c && c != a)
         .collect();
     let mut sides = Sides::group(vertex_count, &kept);
-    let doubled = doubled_faces(&kept, &sides);
+    let doubled = sides.doubled_faces(&kept);
     if doubled.contains(&true) {
         let mut doubled = doubled.into_iter();
         kept.retain(|_| doubled.next() != Some(true));
         sides = Sides::group(vertex_count, &kept);
     }
     (kept, sides)
-}
-
-/// Marks faces whose three corners an earlier face has too: two sides on one edge with the same apex.
-fn doubled_faces(triangles: &[[u32; 3]], sides: &Sides) -> Vec<bool> {
-    let mut doubled = vec![false; triangles.len()];
-    let mut apices: Vec<(u32, u32)> = Vec::new();
-    for group in sides.groups().filter(|group| group.len() > 1) {
-        apices.clear();
-        apices.extend(group.iter().map(|&side| (apex(triangles, side as usize), side / 3)));
-        apices.sort_unstable();
-        for pair in apices.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-            doubled[pair[1].1 as usize] = true;
-        }
-    }
-    doubled
 }
 
 /// Whether turning around a vertex from any of its sides leads through all of its faces and back.

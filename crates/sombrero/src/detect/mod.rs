@@ -3,6 +3,8 @@
 mod paper;
 mod robust;
 
+pub use robust::FLOORS;
+
 use crate::timing::Stages;
 use crate::{Model, Suspect};
 use nalgebra::{Matrix4, Point3};
@@ -343,6 +345,11 @@ impl Prepared {
         let covered: f64 = 0.0 + soup.triangles.iter().filter(present).map(area).sum::<f64>();
         if total > 0.0 { covered / total } else { 0.0 }
     }
+}
+
+/// What to say of a test that rests on next to nothing.
+fn few(used: usize) -> Option<String> {
+    (used < 8).then(|| format!("Fewer than 8 coefficients could be compared ({used}), which proves little."))
 }
 
 /// Row by row, as people write matrices.

@@ -1,6 +1,8 @@
 //! The paper's method: with and without registration, with and without resampling, and the best counts.
 
-use super::{Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Step, Test, Variant, rows};
+use super::{
+    Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Step, Test, Variant, few, rows,
+};
 use crate::Suspect;
 use crate::timing::Stages;
 use nalgebra::{Point3, Similarity3};
@@ -151,12 +153,7 @@ impl<'a> Search<'a> {
         };
         let p = best_of(best.test.p, planned);
         let aligned = self.registration.filter(|_| best.variant.registration);
-        if best.test.used < 8 {
-            self.warnings.push(format!(
-                "Fewer than 8 coefficients could be compared ({}), which proves little.",
-                best.test.used
-            ));
-        }
+        self.warnings.extend(few(best.test.used));
         Ok(Detection {
             detected: p.log10() <= self.options.threshold.log10(),
             p_value: p.p(),

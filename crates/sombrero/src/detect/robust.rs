@@ -8,7 +8,9 @@
 //!
 //! Every test on the way counts as a variant. Which routes there are and which poses fit is decided by the shape alone.
 
-use super::{Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Step, Test, Variant, rows};
+use super::{
+    Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Step, Test, Variant, few, rows,
+};
 use crate::Suspect;
 use crate::timing::Stages;
 use nalgebra::{Affine3, Point3, Similarity3};
@@ -27,7 +29,7 @@ const NUISANCES: [(&str, Nuisance); 4] = [
 
 /// Least standard errors for the ellipsoid test, in standard deviations of the watermark: residuals of a structured
 /// attack are not independent, which the errors take them for.
-const FLOORS: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
+pub const FLOORS: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
 /// Tests of one route: the correlation and the ellipsoids of each nuisance.
 const TESTS_PER_ROUTE: usize = NUISANCES.len() * (1 + FLOORS.len());
@@ -249,7 +251,7 @@ impl<'a> Search<'a> {
         estimate: &Estimate,
     ) -> Result<(), DetectError> {
         let w = &self.prepared.key().watermark;
-        let extracted = known(estimate);
+        let extracted = estimate.known();
         let correlation = watermark_test(w, &extracted, &WatermarkTestOptions::default())?;
         let ellipsoid =
             self.seconds.time("tests", || Ellipsoid::new(&estimate.coefficients, &estimate.precision))?;
@@ -304,11 +306,8 @@ impl<'a> Search<'a> {
         };
         let p = best_of(best.p, counted);
         let Outcome { variant, estimate, pose, used, .. } = best;
-        if used < 8 {
-            self.warnings
-                .push(format!("Fewer than 8 coefficients could be compared ({used}), which proves little."));
-        }
-        let extracted = known(&estimate);
+        self.warnings.extend(few(used));
+        let extracted = estimate.known();
         let place = |(p, present): (&Point3<f64>, &bool)| present.then_some(*p);
         let found: Vec<_> = estimate.positions.iter().zip(&estimate.present).map(place).collect();
         let coverage = self.prepared.coverage(&found);
@@ -346,10 +345,4 @@ fn affine(similarity: Similarity3<f64>) -> Affine3<f64> {
 
 fn moved(soup: &Soup, pose: &Affine3<f64>) -> Soup {
     Soup::new(soup.points.iter().map(|p| pose * p).collect(), soup.triangles.clone())
-}
-
-/// w*, `None` where the suspect says nothing.
-fn known(estimate: &Estimate) -> Vec<Option<f64>> {
-    let pairs = estimate.coefficients.iter().zip(&estimate.standard_errors);
-    pairs.map(|(w, error)| error.is_finite().then_some(*w)).collect()
 }
