@@ -13,11 +13,10 @@
 //! Cost: O(n log n) for meshes of bounded valence.
 
 use crate::quadric::{Quadric, vertex_quadrics};
+use crate::queue::Queue;
 use nalgebra::Point3;
 use sombrero_mesh::geometry::{area_vector, face_area};
 use sombrero_mesh::{BoundingBox, Collapse, HalfedgeId, Mesh, VertexId};
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// λ: weight of the edge length against the quadric error.
 const EVENNESS: f64 = 1e-6;
@@ -39,9 +38,10 @@ struct Run<'a> {
     /// Positions, centred and scaled so that the largest side of the bounding box is 1.
     points: Vec<Point3<f64>>,
     errors: Vec<Error>,
-    queue: BinaryHeap<Reverse<Candidate>>,
-    /// Counts how often a vertex's candidate was replaced: older entries of the queue are void.
-    version: Vec<u32>,
+    /// Vertices by the cost of their best collapse.
+    queue: Queue,
+    /// The best collapse of each vertex in the queue.
+    best: Vec<HalfedgeId>,
     allow_turns: bool,
     collapses: Vec<Collapse>,
     touched: Vec<VertexId>,
@@ -55,16 +55,6 @@ struct Error {
     area: f64,
 }
 
-/// The best collapse of a vertex; ordered by cost, then by index.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Candidate {
-    /// Bits of a non-negative number, which order as the numbers do.
-    cost: u64,
-    vertex: VertexId,
-    halfedge: HalfedgeId,
-    version: u32,
-}
-
 impl<'a> Run<'a> {
     fn new(mesh: &'a mut Mesh, points: &[Point3<f64>]) -> Self {
         let points = normalized(points);
@@ -73,8 +63,8 @@ impl<'a> Run<'a> {
         Self {
             errors,
             points,
-            queue: BinaryHeap::with_capacity(bound),
-            version: vec![0; bound],
+            queue: Queue::new(bound),
+            best: vec![HalfedgeId::new(0); bound],
             allow_turns: false,
             collapses: Vec::with_capacity(bound),
             touched: Vec::new(),
@@ -93,14 +83,11 @@ impl<'a> Run<'a> {
         for v in vertices {
             self.enqueue(v);
         }
-        while let Some(Reverse(candidate)) = self.queue.pop() {
-            if candidate.version != self.version[candidate.vertex.index()] {
-                continue;
-            }
-            match self.mesh.collapse(candidate.halfedge) {
+        while let Some(v) = self.queue.pop() {
+            match self.mesh.collapse(self.best[v]) {
                 Ok(collapse) => self.after_collapse(collapse),
                 // The link condition may have changed since; look for the next best.
-                Err(_) => self.enqueue(candidate.vertex),
+                Err(_) => self.enqueue(VertexId::new(v)),
             }
         }
         self.collapses.len() > before
@@ -112,7 +99,6 @@ impl<'a> Run<'a> {
         let error = &mut self.errors[kept.index()];
         error.quadric += quadric;
         error.area += area;
-        self.version[gone.index()] += 1;
         self.collapses.push(collapse);
 
         let mut touched = std::mem::take(&mut self.touched);
@@ -127,7 +113,6 @@ impl<'a> Run<'a> {
 
     /// Puts the cheapest allowed collapse of `u` into the queue, if there is one.
     fn enqueue(&mut self, u: VertexId) {
-        self.version[u.index()] += 1;
         let mut ranked = std::mem::take(&mut self.ranked);
         ranked.clear();
         let on_boundary = self.mesh.is_boundary_vertex(u);
@@ -142,11 +127,13 @@ impl<'a> Run<'a> {
             if (self.allow_turns || self.keeps_normals(halfedge))
                 && self.mesh.check_collapse(halfedge).is_ok()
             {
-                let (cost, version) = (cost.to_bits(), self.version[u.index()]);
-                self.queue.push(Reverse(Candidate { cost, vertex: u, halfedge, version }));
-                break;
+                self.queue.set(u.index(), cost);
+                self.best[u.index()] = halfedge;
+                self.ranked = ranked;
+                return;
             }
         }
+        self.queue.remove(u.index());
         self.ranked = ranked;
     }
 

@@ -3,6 +3,8 @@
 mod build;
 mod progressive;
 mod quadric;
+mod queue;
 
 pub use progressive::{ProgressiveMesh, VertexSplit};
 pub use quadric::{Quadric, vertex_quadrics};
+pub use queue::Queue;

@@ -1,0 +1,143 @@
+//! A priority queue of elements whose costs change: the cheapest first, ties to the smaller index.
+//!
+//! A heap of four children a node that knows where each element stands. Every element is in it at most once, so it
+//! never grows beyond their number, however often costs change; the usual binary heap with void entries spends
+//! most of a large conversion on them.
+
+/// Absent from the heap.
+const NOWHERE: u32 = u32::MAX;
+const CHILDREN: usize = 4;
+
+/// Elements `0..bound` with non-negative costs.
+#[derive(Debug, Clone, Default)]
+pub struct Queue {
+    /// Bits of the costs, which order as non-negative numbers do, and elements.
+    heap: Vec<(u64, u32)>,
+    /// Where in `heap` each element is.
+    place: Vec<u32>,
+}
+
+impl Queue {
+    /// An empty queue for elements below `bound`.
+    ///
+    /// # Panics
+    /// When elements do not fit 32-bit indices.
+    pub fn new(bound: usize) -> Self {
+        assert!(bound < NOWHERE as usize, "elements have 32-bit indices");
+        Self { heap: Vec::with_capacity(bound), place: vec![NOWHERE; bound] }
+    }
+
+    /// Puts an element in with this cost, or changes its cost. A negative cost counts as zero, no number as infinite.
+    ///
+    /// # Panics
+    /// When `element` is not below the bound.
+    pub fn set(&mut self, element: usize, cost: f64) {
+        let cost = if cost.is_nan() { f64::INFINITY } else { cost.max(0.0) };
+        let entry = (cost.to_bits(), element as u32);
+        let at = self.place[element];
+        if at == NOWHERE {
+            self.heap.push(entry);
+            self.rise(self.heap.len() - 1, entry);
+        } else if entry < self.heap[at as usize] {
+            self.rise(at as usize, entry);
+        } else {
+            self.sink(at as usize, entry);
+        }
+    }
+
+    /// Takes an element out, if it is in.
+    ///
+    /// # Panics
+    /// When `element` is not below the bound.
+    pub fn remove(&mut self, element: usize) {
+        let at = self.place[element];
+        if at != NOWHERE {
+            self.take(at as usize);
+        }
+    }
+
+    /// Takes the cheapest element out.
+    pub fn pop(&mut self) -> Option<usize> {
+        let (_, element) = *self.heap.first()?;
+        self.take(0);
+        Some(element as usize)
+    }
+
+    fn take(&mut self, at: usize) {
+        self.place[self.heap[at].1 as usize] = NOWHERE;
+        let Some(last) = self.heap.pop() else { return };
+        if at < self.heap.len() {
+            if at > 0 && last < self.heap[(at - 1) / CHILDREN] {
+                self.rise(at, last);
+            } else {
+                self.sink(at, last);
+            }
+        }
+    }
+
+    /// Puts `entry` at `at` or above.
+    fn rise(&mut self, mut at: usize, entry: (u64, u32)) {
+        while at > 0 {
+            let parent = (at - 1) / CHILDREN;
+            if self.heap[parent] < entry {
+                break;
+            }
+            self.put(at, self.heap[parent]);
+            at = parent;
+        }
+        self.put(at, entry);
+    }
+
+    /// Puts `entry` at `at` or below.
+    fn sink(&mut self, mut at: usize, entry: (u64, u32)) {
+        loop {
+            let first = CHILDREN * at + 1;
+            let children = self.heap.get(first..(first + CHILDREN).min(self.heap.len())).unwrap_or_default();
+            let Some((child, &least)) = (first..).zip(children).min_by_key(|(_, entry)| **entry) else {
+                break;
+            };
+            if entry < least {
+                break;
+            }
+            self.put(at, least);
+            at = child;
+        }
+        self.put(at, entry);
+    }
+
+    #[inline]
+    fn put(&mut self, at: usize, entry: (u64, u32)) {
+        self.heap[at] = entry;
+        self.place[entry.1 as usize] = at as u32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_cheapest_comes_first_whatever_was_changed(
+            changes in prop::collection::vec((0..30_usize, prop::option::of(-1.0..4.0f64)), 0..200)
+        ) {
+            let mut queue = Queue::new(30);
+            let mut costs = [None; 30];
+            for (element, cost) in changes {
+                // Few different costs, so that there are ties.
+                let cost = cost.map(|c| c.floor());
+                match cost {
+                    Some(cost) => queue.set(element, cost),
+                    None => queue.remove(element),
+                }
+                costs[element] = cost.map(|c| c.max(0.0));
+            }
+            let mut expected: Vec<(f64, usize)> =
+                costs.iter().enumerate().filter_map(|(i, c)| c.map(|c| (c, i))).collect();
+            expected.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let order: Vec<usize> = std::iter::from_fn(|| queue.pop()).collect();
+            prop_assert_eq!(order, expected.into_iter().map(|(_, i)| i).collect::<Vec<_>>());
+        }
+    }
+}
