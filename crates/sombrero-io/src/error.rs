@@ -19,6 +19,13 @@ pub enum Place {
         /// Its number.
         index: usize,
     },
+    /// A line of a text inside an archive, counted from 1.
+    PartLine {
+        /// The text's name in the archive.
+        part: String,
+        /// The line.
+        line: usize,
+    },
 }
 
 impl fmt::Display for Place {
@@ -26,6 +33,7 @@ impl fmt::Display for Place {
         match self {
             Self::Line(line) => write!(f, "line {line}"),
             Self::Element { name, index } => write!(f, "{name} {index} (counted from 0)"),
+            Self::PartLine { part, line } => write!(f, "line {line} of `{part}`"),
         }
     }
 }
@@ -38,13 +46,37 @@ pub enum ParseError {
     #[error("the file is empty; export the model again")]
     Empty,
     /// Neither the content nor the extension names a format that is read.
-    #[error("this is not an OBJ, PLY, OFF or STL file; export the model in one of these formats")]
+    #[error("this is not an OBJ, PLY, OFF, STL, glTF or 3MF file; export the model in one of these formats")]
     Unrecognised,
     /// A variant of a known format that is not read.
-    #[error("{what} is not supported; save the model as plain OFF, PLY or OBJ")]
+    #[error("{what} is not supported; {cure}")]
     Unsupported {
         /// The variant's name.
-        what: &'static str,
+        what: String,
+        /// What to do instead.
+        cure: &'static str,
+    },
+    /// A file that this one refers to cannot be read.
+    #[error("the file it refers to, `{name}`, {problem}; keep both files together in one folder")]
+    Companion {
+        /// The name as the file gives it.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Data that unpack to more than a file of this size may.
+    #[error("{what} unpacks to more than {limit} bytes; raise the limit if you trust the file")]
+    Unpacked {
+        /// What was being unpacked.
+        what: String,
+        /// How many bytes are allowed.
+        limit: u64,
+    },
+    /// The ZIP archive around the mesh is damaged or ambiguous.
+    #[error("the ZIP archive {problem}; copy or export the file again")]
+    Archive {
+        /// What is wrong with it, as the rest of a sentence.
+        problem: String,
     },
     /// The text or the header breaks the format's rules.
     #[error("{place}: {problem}; correct this or export the model again")]
@@ -108,9 +140,12 @@ pub enum ParseError {
     /// There are no vertices at all.
     #[error("the file holds no vertices; export the model again with its geometry")]
     NoVertices,
-    /// More vertices than 32-bit indices can tell apart.
-    #[error("the file holds more than 4294967295 vertices; split the model into parts")]
-    TooManyVertices,
+    /// More vertices than [`Limits`](crate::Limits) allow, or than 32-bit indices can tell apart.
+    #[error("the file holds more than {limit} vertices; raise the limit or split the model into parts")]
+    TooManyVertices {
+        /// How many are allowed.
+        limit: usize,
+    },
 }
 
 impl ParseError {
@@ -222,6 +257,26 @@ pub enum WriteError {
         /// The property that is of an integer type: `x`, `y` or `z`.
         property: &'static str,
     },
+    /// A new coordinate lies beyond the whole numbers that the file stores positions as.
+    #[error(
+        "vertex {vertex} (counted from 0) would get the coordinate {value:?}, beyond the whole numbers that the \
+         file stores positions as; store the positions as floats first"
+    )]
+    OffGrid {
+        /// The vertex.
+        vertex: usize,
+        /// The coordinate, as it would be stored.
+        value: f64,
+    },
+    /// The file gives a vertex its position without storing it.
+    #[error(
+        "vertex {vertex} (counted from 0) cannot move: the file stores no position for it (an accessor without \
+         a buffer view); export the model again"
+    )]
+    NotStored {
+        /// The vertex.
+        vertex: usize,
+    },
     /// A triangle names a vertex that does not exist.
     #[error(
         "triangle {triangle} (counted from 0) refers to vertex {index}, but there are {count}; \
@@ -235,7 +290,7 @@ pub enum WriteError {
         /// How many vertices there are.
         count: usize,
     },
-    /// Nothing to write: no vertices, or, for STL, no triangles.
+    /// Nothing to write: no vertices, or, for STL and 3MF, no triangles.
     #[error("the mesh has nothing that {format} can hold; give it vertices and triangles")]
     Nothing {
         /// The format asked for.

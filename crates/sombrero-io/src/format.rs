@@ -2,13 +2,17 @@
 
 use std::fmt;
 
-use crate::{obj, off, ply, stl};
+use crate::document::Parsed;
+use crate::error::ParseError;
+use crate::input::Source;
+use crate::{gltf, obj, off, ply, stl, threemf};
 
 /// A mesh format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
     /// Wavefront OBJ.
+    #[default]
     Obj,
     /// PLY with an ASCII body.
     PlyAscii,
@@ -22,6 +26,12 @@ pub enum Format {
     StlAscii,
     /// STL in 50-byte records.
     StlBinary,
+    /// glTF as JSON, its buffers inside or in files beside it.
+    Gltf,
+    /// glTF as one binary file.
+    Glb,
+    /// 3MF: models as XML in a ZIP archive.
+    ThreeMf,
 }
 
 impl fmt::Display for Format {
@@ -34,21 +44,41 @@ impl fmt::Display for Format {
             Self::Off => "OFF",
             Self::StlAscii => "STL (ASCII)",
             Self::StlBinary => "STL (binary)",
+            Self::Gltf => "glTF",
+            Self::Glb => "glTF (binary)",
+            Self::ThreeMf => "3MF",
         })
     }
 }
 
 impl Format {
+    /// What the name of a file in this format ends with, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::PlyAscii | Self::PlyBinaryLittleEndian | Self::PlyBinaryBigEndian => "ply",
+            Self::Off => "off",
+            Self::StlAscii | Self::StlBinary => "stl",
+            Self::Gltf => "gltf",
+            Self::Glb => "glb",
+            Self::ThreeMf => "3mf",
+        }
+    }
+
     /// The format to write a new file in when its name ends with `extension` (without the dot, in any case).
     ///
     /// Where a format has a binary form, that is the one.
     pub fn from_extension(extension: &str) -> Option<Self> {
-        Some(match Family::from_extension(extension)? {
-            Family::Obj => Self::Obj,
-            Family::Ply => Self::PlyBinaryLittleEndian,
-            Family::Off => Self::Off,
-            Family::Stl => Self::StlBinary,
-        })
+        let known = [
+            ("obj", Self::Obj),
+            ("ply", Self::PlyBinaryLittleEndian),
+            ("off", Self::Off),
+            ("stl", Self::StlBinary),
+            ("gltf", Self::Gltf),
+            ("glb", Self::Glb),
+            ("3mf", Self::ThreeMf),
+        ];
+        known.into_iter().find(|(name, _)| extension.eq_ignore_ascii_case(name)).map(|(_, format)| format)
     }
 }
 
@@ -59,33 +89,54 @@ pub(crate) enum Family {
     Ply,
     Off,
     Stl,
+    Gltf,
+    ThreeMf,
 }
 
 impl Family {
-    fn from_extension(extension: &str) -> Option<Self> {
-        let known = [("obj", Self::Obj), ("ply", Self::Ply), ("off", Self::Off), ("stl", Self::Stl)];
-        known.into_iter().find(|(name, _)| extension.eq_ignore_ascii_case(name)).map(|(_, family)| family)
+    /// The reader of a format.
+    pub(crate) fn parse(self, source: Source<'_>) -> Result<Parsed, ParseError> {
+        let Source { bytes, limits, .. } = source;
+        match self {
+            Self::Obj => obj::parse(bytes, limits),
+            Self::Ply => ply::parse(bytes, limits),
+            Self::Off => off::parse(bytes, limits),
+            Self::Stl => stl::parse(bytes, limits),
+            Self::Gltf => gltf::parse(source),
+            Self::ThreeMf => threemf::parse(source),
+        }
     }
 
-    /// Tells the format by what the bytes are, and only if they say nothing by the file's extension.
+    /// The reader of files in `format`.
+    pub(crate) fn of_format(format: Format) -> Self {
+        match format {
+            Format::Obj => Self::Obj,
+            Format::PlyAscii | Format::PlyBinaryLittleEndian | Format::PlyBinaryBigEndian => Self::Ply,
+            Format::Off => Self::Off,
+            Format::StlAscii | Format::StlBinary => Self::Stl,
+            Format::Gltf | Format::Glb => Self::Gltf,
+            Format::ThreeMf => Self::ThreeMf,
+        }
+    }
+
+    /// Tells the format by what the bytes are. The file's extension counts where they could be several, and where
+    /// they say nothing.
     pub(crate) fn of(bytes: &[u8], extension: Option<&str>) -> Option<Self> {
-        Self::from_content(bytes).or_else(|| Self::from_extension(extension?))
+        let named = extension.and_then(Format::from_extension).map(Self::of_format);
+        // Binary STL first: its free header may begin like any other format, but only its length fits exactly.
+        let all = [Self::Stl, Self::Gltf, Self::ThreeMf, Self::Ply, Self::Off, Self::Obj];
+        named.into_iter().chain(all).find(|family| family.fits(bytes)).or(named)
     }
 
-    fn from_content(bytes: &[u8]) -> Option<Self> {
-        // Binary STL first: its free header may begin like any other format, but only its length fits exactly.
-        if stl::has_binary_length(bytes) {
-            Some(Self::Stl)
-        } else if ply::is_ply(bytes) {
-            Some(Self::Ply)
-        } else if off::is_off(bytes) {
-            Some(Self::Off)
-        } else if stl::is_ascii(bytes) {
-            Some(Self::Stl)
-        } else if obj::is_obj(bytes) {
-            Some(Self::Obj)
-        } else {
-            None
+    /// Whether the bytes begin, or are as long, as this format would have it.
+    fn fits(self, bytes: &[u8]) -> bool {
+        match self {
+            Self::Stl => stl::has_binary_length(bytes) || stl::is_ascii(bytes),
+            Self::Gltf => gltf::is_gltf(bytes),
+            Self::ThreeMf => threemf::is_zip(bytes),
+            Self::Ply => ply::is_ply(bytes),
+            Self::Off => off::is_off(bytes),
+            Self::Obj => obj::is_obj(bytes),
         }
     }
 }
@@ -100,6 +151,15 @@ mod tests {
         assert_eq!(Family::of(b"# made by hand\n\nv 0 0 0\n", Some("stl")), Some(Family::Obj));
         assert_eq!(Family::of(b"OFF\n1 0 0\n0 0 0\n", None), Some(Family::Off));
         assert_eq!(Family::of(b"solid x\n facet normal 0 0 1\n", Some("off")), Some(Family::Stl));
+    }
+
+    #[test]
+    fn a_text_as_long_as_a_binary_stl_is_what_its_name_says() {
+        // Found by mutation: 84 bytes of which the last four are zero are an STL without facets, too.
+        let text = format!("{:80}\0\0\0\0", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").into_bytes();
+        assert_eq!(Family::of(&text, Some("obj")), Some(Family::Obj));
+        assert_eq!(Family::of(&text, Some("stl")), Some(Family::Stl));
+        assert_eq!(Family::of(&text, None), Some(Family::Stl));
     }
 
     #[test]

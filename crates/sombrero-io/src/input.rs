@@ -4,7 +4,16 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
-use crate::error::ReadError;
+use crate::error::{ParseError, ReadError};
+
+/// What a reader is given.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Source<'a> {
+    pub(crate) bytes: &'a [u8],
+    /// Where the files are that this one refers to; without it there are none.
+    pub(crate) folder: Option<&'a Path>,
+    pub(crate) limits: Limits,
+}
 
 /// How much a reader takes in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,19 +21,37 @@ use crate::error::ReadError;
 pub struct Limits {
     /// The largest file that is read, in bytes. Memory use stays within a small multiple of the file's size.
     pub max_bytes: u64,
+    /// The most vertices that a file may store (an STL facet stores three).
+    pub max_vertices: usize,
 }
 
 impl Default for Limits {
-    /// 2 GiB: several times the largest scans that people exchange.
+    /// 2 GiB and 200 million vertices: several times the largest scans that people exchange.
     fn default() -> Self {
-        Self { max_bytes: 2 << 30 }
+        Self { max_bytes: 2 << 30, max_vertices: 200_000_000 }
     }
 }
 
 impl Limits {
     /// These limits with another largest size.
     pub fn with_max_bytes(self, max_bytes: u64) -> Self {
-        Self { max_bytes }
+        Self { max_bytes, ..self }
+    }
+
+    /// These limits with another number of vertices.
+    pub fn with_max_vertices(self, max_vertices: usize) -> Self {
+        Self { max_vertices, ..self }
+    }
+
+    /// No limits but those of the formats: for what one wrote oneself.
+    pub fn unlimited() -> Self {
+        Self { max_bytes: u64::MAX, max_vertices: usize::MAX }
+    }
+
+    /// Refuses more vertices than are allowed. Corners are 32-bit numbers, so there is always a limit.
+    pub(crate) fn check_vertices(self, count: usize) -> Result<(), ParseError> {
+        let limit = self.max_vertices.min(u32::MAX as usize - 1);
+        if count > limit { Err(ParseError::TooManyVertices { limit }) } else { Ok(()) }
     }
 }
 

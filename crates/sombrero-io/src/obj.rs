@@ -14,6 +14,8 @@ use crate::attributes::Attributes;
 use crate::document::{self, Parsed};
 use crate::error::{ParseError, Place};
 use crate::format::Format;
+use crate::input::Limits;
+use crate::normals::{self, Stored};
 use crate::polygon;
 use crate::text::{self, Joining, Lines};
 
@@ -53,7 +55,7 @@ fn statement_name(keyword: &[u8]) -> Option<&'static str> {
 }
 
 /// Where the coordinates stand.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     /// For each vertex the byte behind its `v`.
     slots: Vec<usize>,
@@ -66,25 +68,67 @@ impl Layout {
 }
 
 /// Reads the whole file.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
-    let reader = Reader::new(bytes, None).run()?;
+pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
+    let reader = Reader::new(bytes, limits, None).run()?;
     let count = reader.soup.points.len();
     if reader.needed > count {
         // Faces may come before their vertices, so only now is it known that one is wrong; a second run, which
         // knows the count, stops at its line.
-        Reader::new(bytes, Some(count)).run()?;
+        Reader::new(bytes, limits, Some(count)).run()?;
     }
     Ok(Parsed {
         format: Format::Obj,
         soup: reader.soup,
         attributes: reader.attributes.into_names(),
         layout: document::Layout::Obj(Layout { slots: reader.slots }),
+        ..Parsed::default()
     })
+}
+
+/// The normals of `vn` lines, and which corner of which triangle refers to which; `None` if there are none or if
+/// they are not what they should be. `bytes` were read before.
+pub(crate) fn normals(bytes: &[u8]) -> Option<Stored> {
+    let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
+    let mut normals = Stored { values: Vec::new(), corners: Vec::new(), slots: Vec::new() };
+    let mut polygon = Vec::new();
+    loop {
+        match lines.word().map(|word| (&bytes[word.clone()], word.start)) {
+            Some((b"vn", start)) => {
+                normals.slots.push(lines.at());
+                normals.values.push(text::point(&mut lines, bytes, start).ok()?.coords);
+            }
+            Some((b"f" | b"fo", _)) => {
+                polygon.clear();
+                while let Some(word) = lines.word() {
+                    polygon.push(normal_of(&bytes[word], normals.values.len()));
+                }
+                polygon::fan(&polygon, &mut normals.corners);
+            }
+            _ => {}
+        }
+        if !lines.next_line() {
+            let known = |n: u32| if (n as usize) < normals.values.len() { n } else { normals::NONE };
+            normals.corners.iter_mut().for_each(|t| *t = t.map(known));
+            return (!normals.values.is_empty()).then_some(normals);
+        }
+    }
+}
+
+/// The normal that a corner such as `7//2` or `-1/4/-1` names, or [`normals::NONE`].
+fn normal_of(word: &[u8], so_far: usize) -> u32 {
+    let index = word.split(|&b| b == b'/').nth(2).and_then(text::integer);
+    let normal = match index {
+        Some(i @ 1..) => usize::try_from(i - 1).ok(),
+        Some(i) if i < 0 => usize::try_from(i.unsigned_abs()).ok().and_then(|back| so_far.checked_sub(back)),
+        _ => None,
+    };
+    normal.and_then(|n| u32::try_from(n).ok()).unwrap_or(normals::NONE)
 }
 
 struct Reader<'a> {
     bytes: &'a [u8],
     lines: Lines<'a>,
+    limits: Limits,
     /// How many vertices the whole file has, once that is known.
     count: Option<usize>,
     soup: Soup,
@@ -97,10 +141,11 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(bytes: &'a [u8], count: Option<usize>) -> Self {
+    fn new(bytes: &'a [u8], limits: Limits, count: Option<usize>) -> Self {
         Self {
             bytes,
             lines: Lines::new(bytes, text::beginning(bytes), Joining::Backslash),
+            limits,
             count,
             soup: Soup::default(),
             slots: Vec::new(),
@@ -132,6 +177,7 @@ impl<'a> Reader<'a> {
     fn vertex(&mut self, start: usize) -> Result<(), ParseError> {
         self.slots.push(self.lines.at());
         self.soup.points.push(text::point(&mut self.lines, self.bytes, start)?);
+        self.limits.check_vertices(self.soup.points.len())?;
         let extra = std::iter::from_fn(|| self.lines.word()).count();
         match extra {
             0 => {}

@@ -12,6 +12,8 @@ use crate::attributes::Attributes;
 use crate::document::{self, Parsed};
 use crate::error::{ParseError, Place};
 use crate::format::Format;
+use crate::input::Limits;
+use crate::normals::Stored;
 use crate::polygon;
 use crate::text::{self, Joining, Lines};
 
@@ -83,6 +85,8 @@ pub(crate) fn is_off(bytes: &[u8]) -> bool {
 pub(crate) struct Layout {
     /// For each vertex the byte where its first coordinate begins.
     slots: Vec<usize>,
+    /// Whether three numbers behind the coordinates are a normal.
+    normals: bool,
 }
 
 impl Layout {
@@ -91,10 +95,30 @@ impl Layout {
     }
 }
 
+impl Layout {
+    /// The normals behind the positions, if the keyword says that there are any. `source` was read before.
+    pub(crate) fn normals(&self, source: &[u8], triangles: &[[u32; 3]]) -> Option<Stored> {
+        if !self.normals {
+            return None;
+        }
+        let (mut values, mut slots) = (Vec::new(), Vec::new());
+        for &start in &self.slots {
+            let mut lines = Lines::new(source, start, Joining::Never);
+            for _ in 0..3 {
+                lines.word();
+            }
+            slots.push(lines.at());
+            values.push(text::point(&mut lines, source, start).ok()?.coords);
+        }
+        Some(Stored { values, corners: triangles.to_vec(), slots })
+    }
+}
+
 /// Reads the whole file.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
+pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
     let mut reader = Reader {
         bytes,
+        limits,
         lines: Lines::new(bytes, text::beginning(bytes), Joining::Never),
         attributes: Attributes::default(),
     };
@@ -107,12 +131,18 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
         format: Format::Off,
         soup: Soup::new(points, triangles),
         attributes: reader.attributes.into_names(),
-        layout: document::Layout::Off(Layout { slots }),
+        layout: document::Layout::Off(Layout { slots, normals: variant.normals }),
+        ..Parsed::default()
     })
+}
+
+fn unsupported(what: &str) -> ParseError {
+    ParseError::Unsupported { what: what.into(), cure: "save the model as plain OFF, PLY or OBJ" }
 }
 
 struct Reader<'a> {
     bytes: &'a [u8],
+    limits: Limits,
     lines: Lines<'a>,
     attributes: Attributes,
 }
@@ -128,10 +158,10 @@ impl Reader<'_> {
         };
         let after = self.lines.at();
         if self.lines.word().is_some_and(|word| &self.bytes[word] == b"BINARY") {
-            return Err(ParseError::Unsupported { what: "binary OFF" });
+            return Err(unsupported("binary OFF"));
         }
         if let Some(what) = variant.refused() {
-            return Err(ParseError::Unsupported { what });
+            return Err(unsupported(what));
         }
         // The counts may follow on the same line.
         self.lines = Lines::new(self.bytes, after, Joining::Never);
@@ -151,11 +181,9 @@ impl Reader<'_> {
             let problem = "expected the numbers of vertices and faces".into();
             return Err(ParseError::Malformed { place: self.line(start), problem });
         };
-        if u32::try_from(vertices).is_err() {
-            return Err(ParseError::TooManyVertices);
-        }
         self.lines.next_line();
         self.check_claim("vertex", vertices, LEAST_VERTEX)?;
+        self.limits.check_vertices(vertices)?;
         Ok([vertices, faces])
     }
 
@@ -335,11 +363,7 @@ mod tests {
             ("nOFF\n3\n", "nOFF (positions of any dimension)"),
             ("C4nOFF\n3\n", "nOFF (positions of any dimension)"),
         ] {
-            assert_eq!(
-                parse_error(format!("{head}{BODY}"), "off"),
-                ParseError::Unsupported { what },
-                "{head}"
-            );
+            assert_eq!(parse_error(format!("{head}{BODY}"), "off"), unsupported(what), "{head}");
         }
     }
 
@@ -378,7 +402,8 @@ mod tests {
         assert!(matches!(error, ParseError::Overclaimed { count: 4_000_000_000, .. }), "{error:?}");
         let error = parse_error(format!("OFF\n4 4000000000 0\n{BODY}"), "off");
         assert!(matches!(error, ParseError::Overclaimed { element, .. } if element == "face"));
-        assert_eq!(parse_error("OFF\n5000000000 1 0\n", "off"), ParseError::TooManyVertices);
+        let error = parse_error("OFF\n5000000000 1 0\n", "off");
+        assert!(matches!(error, ParseError::Overclaimed { count: 5_000_000_000, .. }));
     }
 
     #[test]

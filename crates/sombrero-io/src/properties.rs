@@ -1,12 +1,14 @@
 //! Laws that hold for every format, tried on many meshes and on broken files.
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use nalgebra::Point3;
 use proptest::prelude::*;
 use sombrero_mesh::Soup;
 
-use crate::{Document, Format, WriteError, encode};
+use crate::{Document, Format, Limits, ParseError, WriteError, encode};
 
-const FORMATS: [(Format, &str); 7] = [
+const FORMATS: [(Format, &str); 9] = [
     (Format::Obj, "obj"),
     (Format::PlyAscii, "ply"),
     (Format::PlyBinaryLittleEndian, "ply"),
@@ -14,6 +16,8 @@ const FORMATS: [(Format, &str); 7] = [
     (Format::Off, "off"),
     (Format::StlAscii, "stl"),
     (Format::StlBinary, "stl"),
+    (Format::Gltf, "gltf"),
+    (Format::Glb, "glb"),
 ];
 
 fn any_format() -> impl Strategy<Value = (Format, &'static str)> {
@@ -36,7 +40,7 @@ fn points(coordinate: impl Strategy<Value = f64>, count: usize) -> impl Strategy
 
 /// A mesh and other positions for the points that a document of it has.
 fn mesh_and_positions(format: Format) -> impl Strategy<Value = (Format, Soup, Vec<Point3<f64>>)> {
-    let single = format == Format::StlBinary;
+    let single = matches!(format, Format::StlBinary | Format::Gltf | Format::Glb);
     let coordinate = move || if single { narrow().boxed() } else { wide().boxed() };
     (1..20_usize, 1..20_usize).prop_flat_map(move |(vertices, triangles)| {
         let corner = 0..vertices as u32;
@@ -86,6 +90,23 @@ fn rest(format: Format, bytes: &[u8], vertices: usize) -> Vec<u8> {
             let attributes = bytes[84..].chunks(50).flat_map(|record| record[48..].to_vec());
             bytes[..84].iter().copied().chain(attributes).collect()
         }
+        Format::Gltf => {
+            let (before, uri) = text().split_once("base64,").unwrap();
+            let (payload, behind) = uri.split_once('"').unwrap();
+            let buffer = BASE64_STANDARD.decode(payload).unwrap();
+            [without_bounds(before), behind.into(), buffer[12 * vertices..].to_vec()].concat()
+        }
+        Format::Glb => {
+            let json = 20..20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+            let text = std::str::from_utf8(&bytes[json.clone()]).unwrap().trim_end();
+            [
+                without_bounds(text),
+                bytes[json.end..][..8].to_vec(),
+                bytes[json.end + 8 + 12 * vertices..].to_vec(),
+            ]
+            .concat()
+        }
+        Format::ThreeMf => unreachable!("containers have laws of their own"),
     }
 }
 
@@ -94,9 +115,35 @@ fn without_lines(text: &str, leave_out: impl Fn(usize, &str) -> bool) -> Vec<u8>
     lines.filter(|(i, line)| !leave_out(*i, line)).map(|(_, line)| line).collect::<String>().into()
 }
 
+/// The JSON of a glTF without the bounds of its positions.
+fn without_bounds(json: &str) -> Vec<u8> {
+    let (before, bounds) = json.split_once(",\"min\"").unwrap();
+    let (_, behind) = bounds.split_once('}').unwrap();
+    format!("{before}{behind}").into()
+}
+
 /// A mesh to be written in some format, and other positions for what is read back.
 fn any_mesh() -> impl Strategy<Value = (Format, Soup, Vec<Point3<f64>>)> {
     any_format().prop_flat_map(|(format, _)| mesh_and_positions(format))
+}
+
+#[test]
+fn the_limit_of_vertices_is_exact_in_every_format() {
+    let soup = sombrero_mesh::shapes::tetrahedron();
+    for (format, extension) in FORMATS {
+        let bytes = encode(format, &soup).unwrap();
+        let count = Document::parse(bytes.clone(), Some(extension)).unwrap().points().len();
+        let within = |limit| {
+            let limits = Limits::default().with_max_vertices(limit);
+            Document::parse_within(bytes.clone(), Some(extension), limits)
+        };
+        assert!(within(count).is_ok());
+        assert_eq!(
+            within(count - 1).unwrap_err(),
+            ParseError::TooManyVertices { limit: count - 1 },
+            "{format}"
+        );
+    }
 }
 
 proptest! {
@@ -128,7 +175,7 @@ proptest! {
     fn any_bytes_are_a_mesh_or_an_error(
         bytes in prop::collection::vec(any::<u8>(), 0..400),
         (_, extension) in any_format(),
-        begin in prop::sample::select(&["", "ply\nformat ascii 1.0\n", "OFF\n", "solid\nfacet ", "v "][..]),
+        begin in prop::sample::select(&["", "ply\nformat ascii 1.0\n", "OFF\n", "solid\nfacet ", "v ", "glTF\x02\0\0\0"][..]),
     ) {
         survives([begin.as_bytes(), &bytes].concat(), extension);
     }
@@ -202,7 +249,7 @@ const WORDS: &[&str] = &[
 
 type Sample = fn() -> (Vec<u8>, &'static str);
 
-const SAMPLES: [Sample; 9] = [
+const SAMPLES: [Sample; 11] = [
     || plain(0),
     || plain(1),
     || plain(2),
@@ -210,6 +257,8 @@ const SAMPLES: [Sample; 9] = [
     || plain(4),
     || plain(5),
     || plain(6),
+    || plain(7),
+    || plain(8),
     || (b"o a\nv 0 0 0 1 1 1\r\nv 1 0 \\\n0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 -1/1\nl 1 2\n".to_vec(), "obj"),
     || {
         let header = b"ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty list uchar short n\n\
@@ -266,6 +315,8 @@ fn survives(bytes: Vec<u8>, extension: &str) {
             assert!(matches!(
                 error,
                 WriteError::IntegerCoordinates { .. }
+                    | WriteError::OffGrid { .. }
+                    | WriteError::NotStored { .. }
                     | WriteError::Overflow { .. }
                     | WriteError::NonFinite { .. }
             ));

@@ -21,3 +21,8 @@ pub(crate) fn moved(document: &Document) -> (Vec<u8>, Vec<Point3<f64>>) {
         document.points().iter().map(|p| rounded(&(p + Vector3::new(0.5, -1.25, 1024.0)))).collect();
     (document.with_points(&points).unwrap(), points)
 }
+
+/// The document's points, each put elsewhere.
+pub(crate) fn lifted(document: &Document, to: impl Fn(&Point3<f64>) -> Point3<f64>) -> Vec<Point3<f64>> {
+    document.points().iter().map(to).collect()
+}

@@ -219,6 +219,23 @@ pub(crate) fn push_number(out: &mut Vec<u8>, value: f64) {
     debug_assert!(written.is_ok(), "a Vec takes all that is written to it");
 }
 
+/// Like [`push_number`], with zeros behind the point up to `decimals` digits where no exponent stands.
+pub(crate) fn push_number_with(out: &mut Vec<u8>, value: f64, decimals: usize) {
+    let start = out.len();
+    push_number(out, value);
+    let written = &out[start..];
+    if decimals > 1 && !written.contains(&b'e') {
+        let zeros = decimals.saturating_sub(self::decimals(written));
+        out.resize(out.len() + zeros, b'0');
+    }
+}
+
+/// How many digits stand behind the point of a number; none when it has an exponent.
+pub(crate) fn decimals(word: &[u8]) -> usize {
+    let point = memchr::memchr(b'.', word).map(|at| &word[at + 1..]);
+    point.filter(|digits| digits.iter().all(u8::is_ascii_digit)).map_or(0, <[u8]>::len)
+}
+
 /// Appends a whole number.
 pub(crate) fn push_integer(out: &mut Vec<u8>, value: u64) {
     let written = write!(out, "{value}");
@@ -268,7 +285,8 @@ pub(crate) fn rewrite_points(
             if let Some(span) = lines.word()
                 && old.to_bits() != new.to_bits()
             {
-                splice.replace(span, |out| push_number(out, *new));
+                let decimals = decimals(&source[span.clone()]);
+                splice.replace(span, |out| push_number_with(out, *new, decimals));
             }
         }
     }
@@ -352,6 +370,17 @@ mod tests {
     fn long_and_odd_words_are_made_presentable() {
         assert_eq!(quoted(b"a\0b"), "a\\0b");
         assert!(quoted(&[b'x'; 500]).chars().count() <= 41);
+    }
+
+    #[test]
+    fn a_number_keeps_the_decimals_of_the_one_before() {
+        for (old, value, text) in
+            [("0.50", 9.0, "9.00"), ("1", 0.25, "0.25"), ("1.5e3", 2.0, "2.0"), ("0.000000", 1e300, "1e300")]
+        {
+            let mut out = Vec::new();
+            push_number_with(&mut out, value, decimals(old.as_bytes()));
+            assert_eq!(String::from_utf8(out).unwrap(), text);
+        }
     }
 
     #[test]

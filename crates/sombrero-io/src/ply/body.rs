@@ -8,9 +8,9 @@ use crate::error::{ParseError, Place};
 use crate::text::{self, Words};
 
 /// A walk over values.
-pub(super) trait Body {
+pub(super) trait Body<'a> {
     /// All bytes of the file.
-    fn bytes(&self) -> &[u8];
+    fn bytes(&self) -> &'a [u8];
     /// The byte the walk has come to.
     fn at(&self) -> usize;
     /// Goes on from byte `at`.
@@ -41,8 +41,8 @@ impl<'a> Ascii<'a> {
     }
 }
 
-impl Body for Ascii<'_> {
-    fn bytes(&self) -> &[u8] {
+impl<'a> Body<'a> for Ascii<'a> {
+    fn bytes(&self) -> &'a [u8] {
         self.bytes
     }
 
@@ -97,8 +97,8 @@ impl<'a, const BIG: bool> Binary<'a, BIG> {
     }
 }
 
-impl<const BIG: bool> Body for Binary<'_, BIG> {
-    fn bytes(&self) -> &[u8] {
+impl<'a, const BIG: bool> Body<'a> for Binary<'a, BIG> {
+    fn bytes(&self) -> &'a [u8] {
         self.bytes
     }
 
@@ -147,7 +147,7 @@ impl<const BIG: bool> Body for Binary<'_, BIG> {
 }
 
 /// Refuses a count of rows that the rest of the file cannot hold, before anything is allocated for them.
-pub(super) fn check_claim<B: Body>(body: &B, element: &Element) -> Result<(), ParseError> {
+pub(super) fn check_claim<'a, B: Body<'a>>(body: &B, element: &Element) -> Result<(), ParseError> {
     let row: u64 = element
         .properties
         .iter()
@@ -167,7 +167,7 @@ pub(super) fn check_claim<B: Body>(body: &B, element: &Element) -> Result<(), Pa
 }
 
 /// Passes over one value, which belongs to row `index`.
-pub(super) fn pass<B: Body>(
+pub(super) fn pass<'a, B: Body<'a>>(
     body: &mut B,
     scalar: Scalar,
     element: &Element,
@@ -177,7 +177,7 @@ pub(super) fn pass<B: Body>(
 }
 
 /// Reads one whole number: the length of a list, or an index in one.
-pub(super) fn whole<B: Body>(
+pub(super) fn whole<'a, B: Body<'a>>(
     body: &mut B,
     scalar: Scalar,
     element: &Element,
@@ -200,7 +200,7 @@ pub(super) fn whole<B: Body>(
 }
 
 /// Reads the length of a list.
-pub(super) fn length<B: Body>(
+pub(super) fn length<'a, B: Body<'a>>(
     body: &mut B,
     scalar: Scalar,
     element: &Element,
@@ -217,7 +217,7 @@ pub(super) fn length<B: Body>(
 }
 
 /// Passes over one property of row `index`.
-pub(super) fn skip<B: Body>(
+pub(super) fn skip<'a, B: Body<'a>>(
     body: &mut B,
     kind: Kind,
     element: &Element,
@@ -235,7 +235,7 @@ pub(super) fn skip<B: Body>(
 }
 
 /// Passes over all rows of an element. Their claim was checked.
-pub(super) fn skip_rows<B: Body>(body: &mut B, element: &Element) -> Result<(), ParseError> {
+pub(super) fn skip_rows<'a, B: Body<'a>>(body: &mut B, element: &Element) -> Result<(), ParseError> {
     if element.properties.is_empty() {
         // Rows of nothing: no bytes, however many they are.
         return Ok(());

@@ -21,7 +21,7 @@ pub(super) fn is_corners(property: &Property) -> bool {
 }
 
 /// Reads all rows and appends their triangles. Their claim was checked.
-pub(super) fn read<B: Body>(
+pub(super) fn read<'a, B: Body<'a>>(
     body: &mut B,
     element: &Element,
     vertices: usize,
@@ -58,7 +58,7 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn read<B: Body>(
+    fn read<'a, B: Body<'a>>(
         &self,
         body: &mut B,
         size: u64,
@@ -85,7 +85,7 @@ impl Row<'_> {
         Ok(())
     }
 
-    fn out_of_range<B: Body>(&self, body: &B, index: i64) -> ParseError {
+    fn out_of_range<'a, B: Body<'a>>(&self, body: &B, index: i64) -> ParseError {
         let place = body.place(&self.element.name, self.index, body.at()..body.at());
         ParseError::IndexOutOfRange { place, index, first: 0, count: self.vertices }
     }

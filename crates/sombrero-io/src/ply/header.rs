@@ -211,9 +211,6 @@ impl<'a> Reader<'a> {
             return Err(self.malformed("the header declares no element `vertex`".into()));
         };
         let element = &self.elements[vertex];
-        if u32::try_from(element.count).is_err() {
-            return Err(ParseError::TooManyVertices);
-        }
         for axis in AXES {
             let mut named = element.properties.iter().filter(|p| p.name == axis);
             if !matches!((named.next().map(|p| p.kind), named.next()), (Some(Kind::One(_)), None)) {

@@ -18,6 +18,8 @@ use sombrero_mesh::Soup;
 use crate::document::{self, Parsed};
 use crate::error::{ParseError, WriteError};
 use crate::format::Format;
+use crate::input::Limits;
+use crate::normals::Stored;
 use crate::text;
 
 use body::{Ascii, Binary, Body};
@@ -40,35 +42,78 @@ impl Layout {
         old: &[Point3<f64>],
         new: &[Point3<f64>],
     ) -> Result<Vec<u8>, WriteError> {
+        self.rewrite_axes(vertices::AXES, source, old, new)
+    }
+
+    /// Other normals in the place of those that [`normals`](Self::normals) found.
+    pub(crate) fn rewrite_normals(
+        &self,
+        source: &[u8],
+        old: &[Point3<f64>],
+        new: &[Point3<f64>],
+    ) -> Result<Vec<u8>, WriteError> {
+        self.rewrite_axes(vertices::NORMAL, source, old, new)
+    }
+
+    fn rewrite_axes(
+        &self,
+        axes: vertices::Axes,
+        source: &[u8],
+        old: &[Point3<f64>],
+        new: &[Point3<f64>],
+    ) -> Result<Vec<u8>, WriteError> {
         let Self { element, rows, .. } = self;
         match self.encoding {
-            Encoding::Ascii => vertices::rewrite(source, Ascii::new(source, 0), element, rows, old, new),
+            Encoding::Ascii => vertices::rewrite(Ascii::new(source, 0), element, axes, rows, old, new),
             Encoding::LittleEndian => {
-                vertices::rewrite(source, Binary::<false>::new(source, 0), element, rows, old, new)
+                vertices::rewrite(Binary::<false>::new(source, 0), element, axes, rows, old, new)
             }
             Encoding::BigEndian => {
-                vertices::rewrite(source, Binary::<true>::new(source, 0), element, rows, old, new)
+                vertices::rewrite(Binary::<true>::new(source, 0), element, axes, rows, old, new)
             }
         }
+    }
+
+    /// The normals of the vertices, if they have usable ones. `source` was read before.
+    pub(crate) fn normals(&self, source: &[u8], triangles: &[[u32; 3]]) -> Option<Stored> {
+        let Self { encoding, element, rows } = self;
+        let stored = match encoding {
+            Encoding::Ascii => vertices::normals(Ascii::new(source, 0), element, rows),
+            Encoding::LittleEndian => vertices::normals(Binary::<false>::new(source, 0), element, rows),
+            Encoding::BigEndian => vertices::normals(Binary::<true>::new(source, 0), element, rows),
+        };
+        Some(Stored { values: stored?, corners: triangles.to_vec(), slots: Vec::new() })
     }
 }
 
 /// Reads the whole file.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
+pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
     let header = header::parse(bytes)?;
     match header.encoding {
-        Encoding::Ascii => read(header, Ascii::new(bytes, 0), Format::PlyAscii),
-        Encoding::LittleEndian => read(header, Binary::<false>::new(bytes, 0), Format::PlyBinaryLittleEndian),
-        Encoding::BigEndian => read(header, Binary::<true>::new(bytes, 0), Format::PlyBinaryBigEndian),
+        Encoding::Ascii => read(header, Ascii::new(bytes, 0), limits, Format::PlyAscii),
+        Encoding::LittleEndian => {
+            read(header, Binary::<false>::new(bytes, 0), limits, Format::PlyBinaryLittleEndian)
+        }
+        Encoding::BigEndian => {
+            read(header, Binary::<true>::new(bytes, 0), limits, Format::PlyBinaryBigEndian)
+        }
     }
 }
 
-fn read<B: Body>(header: Header, mut body: B, format: Format) -> Result<Parsed, ParseError> {
+fn read<'a, B: Body<'a>>(
+    header: Header,
+    mut body: B,
+    limits: Limits,
+    format: Format,
+) -> Result<Parsed, ParseError> {
     body.seek(header.start);
     let count = header.vertex().count;
     let (mut points, mut rows, mut triangles) = (Vec::new(), vertices::Rows::default(), Vec::new());
     for (index, element) in header.elements.iter().enumerate() {
         body::check_claim(&body, element)?;
+        if index == header.vertex {
+            limits.check_vertices(element.count)?;
+        }
         match element.name.as_str() {
             _ if index == header.vertex => (points, rows) = vertices::read(&mut body, element)?,
             "face" => faces::read(&mut body, element, count, faces::Shape::Polygon, &mut triangles)?,
@@ -84,6 +129,7 @@ fn read<B: Body>(header: Header, mut body: B, format: Format) -> Result<Parsed, 
         soup: Soup::new(points, triangles),
         attributes,
         layout: document::Layout::Ply(Layout { encoding, element, rows }),
+        ..Parsed::default()
     })
 }
 

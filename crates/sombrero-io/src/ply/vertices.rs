@@ -1,6 +1,6 @@
 //! The rows of the element `vertex`: reading positions and putting others in their place.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::body::{self, Body};
 use super::header::{Element, Kind, Property};
@@ -9,12 +9,16 @@ use crate::error::{ParseError, WriteError};
 use crate::splice::Splice;
 use crate::text;
 
-/// The properties that make a position.
-pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+/// The names of three properties that make a vector.
+pub(super) type Axes = [&'static str; 3];
+/// A position.
+pub(super) const AXES: Axes = ["x", "y", "z"];
+/// A normal.
+pub(super) const NORMAL: Axes = ["nx", "ny", "nz"];
 
 /// The coordinate that a property is, and its type.
-fn axis(property: &Property) -> Option<(usize, Scalar)> {
-    let axis = AXES.iter().position(|name| *name == property.name)?;
+fn axis(axes: Axes, property: &Property) -> Option<(usize, Scalar)> {
+    let axis = axes.iter().position(|name| *name == property.name)?;
     match property.kind {
         Kind::One(scalar) => Some((axis, scalar)),
         Kind::List { .. } => None,
@@ -46,11 +50,14 @@ impl Rows {
 }
 
 /// Reads all rows. Their claim was checked.
-pub(super) fn read<B: Body>(body: &mut B, element: &Element) -> Result<(Vec<Point3<f64>>, Rows), ParseError> {
+pub(super) fn read<'a, B: Body<'a>>(
+    body: &mut B,
+    element: &Element,
+) -> Result<(Vec<Point3<f64>>, Rows), ParseError> {
     let even = B::row_size(element).map(|size| Rows::Even { start: body.at(), size });
     let mut starts = Vec::with_capacity(if even.is_some() { 0 } else { element.count });
     let mut points = Vec::with_capacity(element.count);
-    let plan: Vec<_> = element.properties.iter().map(|p| (p.kind, axis(p))).collect();
+    let plan: Vec<_> = element.properties.iter().map(|p| (p.kind, axis(AXES, p))).collect();
     for index in 0..element.count {
         if even.is_none() {
             starts.push(body.at());
@@ -60,7 +67,7 @@ pub(super) fn read<B: Body>(body: &mut B, element: &Element) -> Result<(Vec<Poin
     Ok((points, even.unwrap_or(Rows::Each(starts))))
 }
 
-fn position<B: Body>(
+fn position<'a, B: Body<'a>>(
     body: &mut B,
     element: &Element,
     plan: &[(Kind, Option<(usize, Scalar)>)],
@@ -76,7 +83,7 @@ fn position<B: Body>(
     Ok(point)
 }
 
-fn coordinate<B: Body>(
+fn coordinate<'a, B: Body<'a>>(
     body: &mut B,
     scalar: Scalar,
     element: &Element,
@@ -93,15 +100,35 @@ fn coordinate<B: Body>(
     }
 }
 
-/// `source`, which `body` walks, with new coordinates in the place of those that changed.
-pub(super) fn rewrite<B: Body>(
-    source: &[u8],
+/// The normals of all rows; `None` if they are not stored as three floats each.
+pub(super) fn normals<'a, B: Body<'a>>(
     mut body: B,
     element: &Element,
+    rows: &Rows,
+) -> Option<Vec<Vector3<f64>>> {
+    let plan: Vec<_> = element.properties.iter().map(|p| (p.kind, axis(NORMAL, p))).collect();
+    let floats =
+        |a: usize| plan.iter().filter(|(_, p)| p.is_some_and(|(b, s)| a == b && s.is_float())).count();
+    if (0..3).any(|a| floats(a) != 1) {
+        return None;
+    }
+    let normal = |row| {
+        body.seek(rows.start(row)?);
+        position(&mut body, element, &plan, row).ok().map(|p| p.coords)
+    };
+    (0..element.count).map(normal).collect()
+}
+
+/// What `body` walks, with new coordinates in the place of those that changed.
+pub(super) fn rewrite<'a, B: Body<'a>>(
+    mut body: B,
+    element: &Element,
+    axes: Axes,
     rows: &Rows,
     old: &[Point3<f64>],
     new: &[Point3<f64>],
 ) -> Result<Vec<u8>, WriteError> {
+    let source = body.bytes();
     let mut splice = Splice::new(source);
     for (row, (old, new)) in old.iter().zip(new).enumerate() {
         if text::same(old, new) {
@@ -109,22 +136,23 @@ pub(super) fn rewrite<B: Body>(
         }
         if let Some(start) = rows.start(row) {
             body.seek(start);
-            rewrite_row(&mut body, element, &mut splice, row, (old, new))?;
+            rewrite_row(&mut body, element, axes, &mut splice, row, (old, new))?;
         }
     }
     Ok(splice.finish())
 }
 
-fn rewrite_row<B: Body>(
+fn rewrite_row<'a, B: Body<'a>>(
     body: &mut B,
     element: &Element,
+    axes: Axes,
     splice: &mut Splice<'_>,
     row: usize,
     (old, new): (&Point3<f64>, &Point3<f64>),
 ) -> Result<(), WriteError> {
-    let mut left = AXES.len();
+    let mut left = axes.len();
     for property in &element.properties {
-        let Some((axis, scalar)) = axis(property) else {
+        let Some((axis, scalar)) = axis(axes, property) else {
             // The row was read before, so this cannot fail; if it did, the coordinates would only stay.
             if body::skip(body, property.kind, element, row).is_err() {
                 break;
@@ -134,7 +162,7 @@ fn rewrite_row<B: Body>(
         if let Some(span) = body.pass(scalar)
             && old[axis].to_bits() != new[axis].to_bits()
         {
-            check(scalar, AXES[axis], row, new[axis])?;
+            check(scalar, axes[axis], row, new[axis])?;
             splice.replace(span, |out| body.push(scalar, new[axis], out));
         }
         left -= 1;

@@ -13,6 +13,7 @@ use crate::attributes::Attributes;
 use crate::document::{self, Parsed};
 use crate::error::{ParseError, Place};
 use crate::format::Format;
+use crate::input::Limits;
 use crate::splice::Splice;
 use crate::text::{self, Words};
 
@@ -48,7 +49,7 @@ struct Facet {
 }
 
 /// Reads the whole file.
-pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
+pub(super) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
     let mut reader = Reader::new(bytes, text::beginning(bytes));
     let (mut points, mut slots) = (Vec::new(), Vec::new());
     while reader.solid()? {
@@ -59,6 +60,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
                 points.push(Point3::new(x?, y?, z?));
             }
             reader.facets += 1;
+            limits.check_vertices(points.len())?;
         }
         reader.words.skip_line();
     }
@@ -69,6 +71,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
         soup: Soup::new(points, triangles(slots.len())),
         attributes: attributes.into_names(),
         layout: document::Layout::Stl(super::Layout::Ascii(Layout { slots })),
+        ..Parsed::default()
     })
 }
 

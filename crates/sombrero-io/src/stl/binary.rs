@@ -8,6 +8,7 @@ use crate::attributes::Attributes;
 use crate::document::{self, Parsed};
 use crate::error::{ParseError, Place, WriteError};
 use crate::format::Format;
+use crate::input::Limits;
 
 const HEADER: usize = 80;
 /// Header and count.
@@ -25,7 +26,7 @@ pub(crate) fn has_exact_length(bytes: &[u8]) -> bool {
 }
 
 /// Reads the whole file; bytes behind the last facet are passed over.
-pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
+pub(super) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
     let Some(count) = claimed(bytes) else {
         return Err(ParseError::Truncated { element: "header".into(), index: 0 });
     };
@@ -38,15 +39,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
             available: (bytes.len() - PREFIX) as u64,
         });
     }
-    if count > u32::MAX / 3 {
-        return Err(ParseError::TooManyVertices);
-    }
+    limits.check_vertices(usize::try_from(count).unwrap_or(usize::MAX).saturating_mul(3))?;
     let records = &records[..count as usize];
     Ok(Parsed {
         format: Format::StlBinary,
         soup: Soup::new(points(records)?, triangles(records.len())),
         attributes: attributes(records).into_names(),
         layout: document::Layout::Stl(Layout::Binary),
+        ..Parsed::default()
     })
 }
 

@@ -11,6 +11,7 @@ use nalgebra::Point3;
 
 use crate::document::Parsed;
 use crate::error::{ParseError, WriteError};
+use crate::input::Limits;
 
 pub(crate) use ascii::{encode as encode_ascii, is_ascii};
 pub(crate) use binary::{encode as encode_binary, has_exact_length as has_binary_length};
@@ -38,12 +39,12 @@ impl Layout {
 }
 
 /// Reads the whole file.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Parsed, ParseError> {
+pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
     // Many binary headers begin with `solid` too: only the length tells.
     if !binary::has_exact_length(bytes) && (ascii::is_ascii(bytes) || !ascii::has_nul(bytes)) {
-        ascii::parse(bytes)
+        ascii::parse(bytes, limits)
     } else {
-        binary::parse(bytes)
+        binary::parse(bytes, limits)
     }
 }
 

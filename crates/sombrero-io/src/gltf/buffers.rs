@@ -1,0 +1,295 @@
+//! The buffers: in the GLB itself, in data URIs, or in files beside the glTF.
+//!
+//! A file name comes from whoever made the glTF, so it must stay inside the glTF's folder: no scheme, no absolute
+//! path, no way up, and what links lead to is looked at, too.
+
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::io;
+use std::ops::Range;
+use std::path::{Component, Path, PathBuf};
+
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
+
+use super::container::Container;
+use super::json::{Buffer, Root, Text, span};
+use super::malformed;
+use crate::document::Companion;
+use crate::error::{ParseError, ReadError};
+use crate::input::{Limits, Source, read_bytes};
+
+/// Where the bytes of a buffer are.
+#[derive(Debug, Clone)]
+pub(super) enum Origin {
+    /// In the file itself.
+    Chunk(Range<usize>),
+    /// In the JSON.
+    Inline(Inline),
+    /// In a file of its own.
+    Beside {
+        /// Where in the JSON its name stands, with quotes.
+        span: Range<usize>,
+        /// Its number among the companions.
+        companion: usize,
+    },
+}
+
+/// A data URI.
+#[derive(Debug, Clone)]
+pub(super) struct Inline {
+    /// Where it stands in the JSON, with quotes.
+    pub(super) span: Range<usize>,
+    /// All up to the comma.
+    head: String,
+    /// Whether it is filled up with `=`.
+    padded: bool,
+    bytes: Vec<u8>,
+}
+
+impl Inline {
+    /// The JSON string of this URI with other bytes.
+    pub(super) fn uri(&self, bytes: &[u8]) -> String {
+        quoted(&format!("{}{}", self.head, engine(self.padded).encode(bytes)))
+    }
+}
+
+/// A string as JSON spells it.
+pub(super) fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+/// The JSON string of a data URI.
+pub(super) fn data_uri(bytes: &[u8]) -> String {
+    format!("\"data:application/octet-stream;base64,{}\"", engine(true).encode(bytes))
+}
+
+fn engine(padded: bool) -> GeneralPurpose {
+    let config = GeneralPurposeConfig::new()
+        .with_encode_padding(padded)
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true);
+    GeneralPurpose::new(&STANDARD, config)
+}
+
+impl Origin {
+    /// The buffer's bytes.
+    pub(super) fn bytes<'a>(&'a self, source: &'a [u8], companions: &'a [Companion]) -> &'a [u8] {
+        match self {
+            Self::Chunk(range) => source.get(range.clone()).unwrap_or_default(),
+            Self::Inline(inline) => &inline.bytes,
+            Self::Beside { companion, .. } => companions.get(*companion).map_or(&[], |c| &c.bytes),
+        }
+    }
+}
+
+/// The buffers that were needed, in the order of the JSON, then other files. They get numbers of their own: stores.
+#[derive(Debug)]
+pub(super) struct Buffers<'a> {
+    source: &'a [u8],
+    pub(super) origins: Vec<Origin>,
+    pub(super) companions: Vec<Companion>,
+    stores: HashMap<u32, usize>,
+}
+
+impl<'a> Buffers<'a> {
+    /// Gets hold of the buffers with these numbers.
+    pub(super) fn load(
+        source: Source<'a>,
+        container: &Container,
+        text: &str,
+        root: &Root<'_>,
+        needed: &BTreeSet<u32>,
+    ) -> Result<Self, ParseError> {
+        let mut loader = Loader {
+            source,
+            container,
+            text,
+            left: source.limits.max_bytes,
+            companions: Vec::new(),
+            paths: HashSet::new(),
+        };
+        let mut origins = Vec::new();
+        let mut stores = HashMap::new();
+        for &index in needed {
+            let buffer = root
+                .buffers
+                .get(index as usize)
+                .ok_or_else(|| malformed("buffer", index as usize, "there is no such buffer"))?;
+            let origin = loader.origin(index, buffer)?;
+            let available = origin.bytes(source.bytes, &loader.companions).len() as u64;
+            if available < buffer.byte_length {
+                return Err(ParseError::Overclaimed {
+                    element: format!("byte of buffer {index}"),
+                    count: buffer.byte_length,
+                    needed: buffer.byte_length,
+                    available,
+                });
+            }
+            stores.insert(index, origins.len());
+            origins.push(origin);
+        }
+        // Files without geometry (animations, say) are taken along, so that a copy in another folder is whole; one
+        // that cannot be read is nobody's loss here.
+        for (index, buffer) in (0..).zip(&root.buffers).filter(|(index, _)| !needed.contains(index)) {
+            if let Some(Ok(origin @ Origin::Beside { .. })) = buffer.uri.map(|_| loader.origin(index, buffer))
+            {
+                origins.push(origin);
+            }
+        }
+        Ok(Self { source: source.bytes, origins, companions: loader.companions, stores })
+    }
+
+    /// The store of a buffer, if it was loaded.
+    pub(super) fn store(&self, buffer: u32) -> Option<usize> {
+        self.stores.get(&buffer).copied()
+    }
+
+    /// The bytes of a store.
+    pub(super) fn bytes(&self, store: usize) -> &[u8] {
+        self.origins.get(store).map_or(&[], |origin| origin.bytes(self.source, &self.companions))
+    }
+
+    /// How many bytes every store has.
+    pub(super) fn lengths(&self) -> Vec<usize> {
+        (0..self.origins.len()).map(|store| self.bytes(store).len()).collect()
+    }
+}
+
+struct Loader<'a, 'b> {
+    source: Source<'a>,
+    container: &'b Container,
+    text: &'b str,
+    /// How many bytes may still be taken in.
+    left: u64,
+    companions: Vec<Companion>,
+    paths: HashSet<PathBuf>,
+}
+
+impl Loader<'_, '_> {
+    fn origin(&mut self, index: u32, buffer: &Buffer<'_>) -> Result<Origin, ParseError> {
+        let Some(raw) = buffer.uri else {
+            let bin = self.container.bin.clone().filter(|_| index == 0);
+            let problem = "a buffer without `uri` must be the first one of a GLB that has a binary chunk";
+            return bin.map(Origin::Chunk).ok_or_else(|| malformed("buffer", index as usize, problem));
+        };
+        let wrong = |problem: &str| malformed("buffer", index as usize, problem);
+        let Ok(Text(uri)) = serde_json::from_str(raw.get()) else {
+            return Err(wrong("`uri` is no text"));
+        };
+        let span = span(self.text, raw.get()).ok_or_else(|| wrong("`uri` is no text"))?;
+        if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+            let inline = self.inline(span, &uri).ok_or_else(|| wrong("its data URI is not base64"))?;
+            return Ok(Origin::Inline(inline));
+        }
+        let bytes = self.read(&uri)?;
+        self.left = self.left.saturating_sub(bytes.len() as u64);
+        self.companions.push(Companion { name: decoded(&uri).unwrap_or_default(), bytes });
+        Ok(Origin::Beside { span, companion: self.companions.len() - 1 })
+    }
+
+    fn inline(&mut self, span: Range<usize>, uri: &str) -> Option<Inline> {
+        let (head, payload) = uri.split_at_checked(uri.find(',')? + 1)?;
+        let (_, encoding) = head.trim_end_matches(',').rsplit_once(';')?;
+        if !encoding.eq_ignore_ascii_case("base64") {
+            return None;
+        }
+        let padded = payload.len().is_multiple_of(4);
+        let bytes = engine(padded).decode(payload).ok()?;
+        Some(Inline { span, head: head.to_owned(), padded, bytes })
+    }
+
+    fn read(&mut self, uri: &str) -> Result<Vec<u8>, ParseError> {
+        let refused = |problem: String| ParseError::Companion { name: shortened(uri), problem };
+        let name = decoded(uri)
+            .filter(|name| is_plain(name))
+            .ok_or_else(|| refused("is not named by a plain path inside the same folder".into()))?;
+        let refused = |problem: String| ParseError::Companion { name: shortened(&name), problem };
+        let folder = self.source.folder.ok_or_else(|| {
+            refused("cannot be looked for, because only the content of this file was given".into())
+        })?;
+        let path = inside(folder, &name).map_err(refused)?;
+        if !self.paths.insert(path.clone()) {
+            return Err(ParseError::Unsupported {
+                what: format!("a glTF with two buffers in one file, `{}`,", shortened(uri)),
+                cure: "export the model again, as GLB",
+            });
+        }
+        let limits = Limits { max_bytes: self.left, ..self.source.limits };
+        read_bytes(&path, limits).map_err(|error| refused(problem_of(&error)))
+    }
+}
+
+/// The path of a file that must be inside the folder, wherever links lead.
+fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
+    let failed = |error: io::Error| match error.kind() {
+        io::ErrorKind::NotFound => "is not there".to_owned(),
+        _ => format!("cannot be read ({error})"),
+    };
+    let folder = folder.canonicalize().map_err(failed)?;
+    let path = folder.join(name).canonicalize().map_err(failed)?;
+    if path.starts_with(&folder) { Ok(path) } else { Err("leads out of the folder".to_owned()) }
+}
+
+fn problem_of(error: &ReadError) -> String {
+    match error {
+        ReadError::NotAFile { .. } => "is not a regular file".to_owned(),
+        ReadError::TooLarge { .. } => "is larger than the limit allows".to_owned(),
+        ReadError::Io { source, .. } => format!("cannot be read ({source})"),
+        ReadError::Parse { .. } => "cannot be read".to_owned(),
+    }
+}
+
+/// Whether a name is a path that leads downwards only, on every system.
+fn is_plain(name: &str) -> bool {
+    let harmless = !name.is_empty() && !name.contains(['\\', ':', '\0']) && !name.starts_with('/');
+    let downwards = |c: Component<'_>| matches!(c, Component::Normal(_) | Component::CurDir);
+    harmless && name.split('/').all(|part| part != "..") && Path::new(name).components().all(downwards)
+}
+
+/// A URI with its percent signs resolved.
+fn decoded(uri: &str) -> Option<String> {
+    percent_decode_str(uri).decode_utf8().ok().map(Cow::into_owned)
+}
+
+/// A file name as a URI.
+pub(super) fn encoded(name: &str) -> String {
+    const SPECIAL: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'~');
+    utf8_percent_encode(name, SPECIAL).to_string()
+}
+
+/// As much of a name as a message can take.
+fn shortened(name: &str) -> String {
+    const LONGEST: usize = 80;
+    if name.chars().count() <= LONGEST {
+        return name.to_owned();
+    }
+    name.chars().take(LONGEST).chain("...".chars()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_lead_elsewhere_are_not_plain() {
+        for name in
+            ["", "/etc/passwd", "../a", "a/../../b", "a\\b", "c:a", "file:///etc/passwd", "a\0b", ".."]
+        {
+            assert!(!is_plain(name), "{name}");
+        }
+        for name in ["a.bin", "./a.bin", "a/b.bin", "a b.bin", "..a"] {
+            assert!(is_plain(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn percent_signs_go_there_and_back() {
+        assert_eq!(decoded("a%20b%C3%A9.bin").as_deref(), Some("a b\u{e9}.bin"));
+        assert_eq!(encoded("a b\u{e9}.bin"), "a%20b%C3%A9.bin");
+        assert_eq!(decoded("%ff"), None);
+        assert_eq!(decoded("%2e%2e/x").as_deref(), Some("../x"));
+    }
+}

@@ -1,0 +1,172 @@
+//! The two containers of a glTF: JSON text, and GLB with the JSON and one buffer in chunks of one binary file.
+
+use std::ops::Range;
+
+use super::malformed;
+use crate::error::{ParseError, Place};
+use crate::format::Format;
+
+const MAGIC: &[u8] = b"glTF";
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+/// Magic, version and length.
+const HEADER: usize = 12;
+/// Length and kind.
+const CHUNK_HEADER: usize = 8;
+const JSON: u32 = u32::from_le_bytes(*b"JSON");
+const BIN: u32 = u32::from_le_bytes(*b"BIN\0");
+
+/// Where in the file the JSON stands, and the first buffer if it is in the same file.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Container {
+    pub(super) format: Format,
+    pub(super) json: Range<usize>,
+    pub(super) bin: Option<Range<usize>>,
+}
+
+/// Whether the bytes begin as GLB or as a JSON object.
+pub(crate) fn is_gltf(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    bytes.starts_with(MAGIC) || text.trim_ascii_start().starts_with(b"{")
+}
+
+/// Finds the parts of the file.
+pub(super) fn open(bytes: &[u8]) -> Result<Container, ParseError> {
+    if bytes.starts_with(MAGIC) {
+        return open_chunks(bytes);
+    }
+    let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    Ok(Container { format: Format::Gltf, json: start..bytes.len(), bin: None })
+}
+
+fn open_chunks(bytes: &[u8]) -> Result<Container, ParseError> {
+    let cut = || ParseError::Truncated { element: "header".into(), index: 0 };
+    let version = number(bytes, 4).ok_or_else(cut)?;
+    if version != 2 {
+        return Err(super::other_version(&version.to_string()));
+    }
+    let length = number(bytes, 8).ok_or_else(cut)?;
+    let whole = bytes.get(..length as usize).ok_or_else(|| ParseError::Overclaimed {
+        element: "byte".into(),
+        count: length.into(),
+        needed: length.into(),
+        available: bytes.len() as u64,
+    })?;
+    let (kind, json) = chunk(whole, HEADER, 0)?;
+    if kind != JSON {
+        return Err(malformed("chunk", 0, "the first chunk of a GLB must be JSON"));
+    }
+    let bin = buffer_chunk(whole, json.end)?;
+    Ok(Container { format: Format::Glb, json, bin })
+}
+
+/// The first chunk from `at` on that is a buffer; others mean nothing here.
+fn buffer_chunk(bytes: &[u8], mut at: usize) -> Result<Option<Range<usize>>, ParseError> {
+    let mut index = 1;
+    while bytes.len() - at.min(bytes.len()) >= CHUNK_HEADER {
+        let (kind, content) = chunk(bytes, at, index)?;
+        if kind == BIN {
+            return Ok(Some(content));
+        }
+        at = content.end;
+        index += 1;
+    }
+    Ok(None)
+}
+
+/// Kind and content of the chunk that begins at `at`.
+fn chunk(bytes: &[u8], at: usize, index: usize) -> Result<(u32, Range<usize>), ParseError> {
+    let cut = || ParseError::Truncated { element: "chunk".into(), index };
+    let length = number(bytes, at).ok_or_else(cut)? as usize;
+    let kind = number(bytes, at + 4).ok_or_else(cut)?;
+    let start = at + CHUNK_HEADER;
+    let end = start.checked_add(length).filter(|end| *end <= bytes.len()).ok_or_else(cut)?;
+    Ok((kind, start..end))
+}
+
+fn number(bytes: &[u8], at: usize) -> Option<u32> {
+    bytes.get(at..)?.first_chunk().map(|four| u32::from_le_bytes(*four))
+}
+
+impl Container {
+    /// The JSON, without what fills its chunk up.
+    pub(super) fn text<'a>(&self, bytes: &'a [u8]) -> Result<&'a str, ParseError> {
+        let json = bytes.get(self.json.clone()).unwrap_or_default();
+        let text = std::str::from_utf8(json).map_err(|error| {
+            malformed("byte of the JSON", error.valid_up_to(), "the JSON is not UTF-8 text")
+        })?;
+        Ok(text.trim_end_matches(['\0', ' ', '\t', '\r', '\n']))
+    }
+
+    /// What the JSON reader found wrong.
+    pub(super) fn json_error(&self, error: &serde_json::Error) -> ParseError {
+        let whole = error.to_string();
+        let suffix = format!(" at line {} column {}", error.line(), error.column());
+        let problem = whole.strip_suffix(&suffix).unwrap_or(&whole).to_owned();
+        let place = match self.format {
+            Format::Glb if error.line() <= 1 => {
+                Place::Element { name: "byte of the JSON".into(), index: error.column().saturating_sub(1) }
+            }
+            _ => Place::Line(error.line()),
+        };
+        ParseError::Malformed { place, problem }
+    }
+
+    /// `source` with other JSON. `None` when a GLB would be longer than its header can say.
+    pub(super) fn with_json(&self, source: &[u8], mut json: Vec<u8>) -> Option<Vec<u8>> {
+        let before = source.get(..self.json.start)?;
+        let behind = source.get(self.json.end..)?;
+        if self.format == Format::Glb {
+            fill_up(&mut json);
+        }
+        let mut out = Vec::with_capacity(before.len() + json.len() + behind.len());
+        out.extend_from_slice(before);
+        out.extend_from_slice(&json);
+        out.extend_from_slice(behind);
+        if self.format == Format::Glb {
+            let old = u64::from(number(source, 8)?);
+            let length = (old + json.len() as u64).checked_sub(self.json.len() as u64)?;
+            put(&mut out, 8, length)?;
+            put(&mut out, HEADER, json.len() as u64)?;
+        }
+        Some(out)
+    }
+}
+
+/// Writes a number of the header.
+fn put(bytes: &mut [u8], at: usize, value: u64) -> Option<()> {
+    let slot: &mut [u8; 4] = bytes.get_mut(at..)?.first_chunk_mut()?;
+    *slot = u32::try_from(value).ok()?.to_le_bytes();
+    Some(())
+}
+
+/// Brings a chunk of JSON to a multiple of four bytes: by taking spaces away if it ends with enough, else by
+/// adding some.
+fn fill_up(json: &mut Vec<u8>) {
+    let over = json.len() % 4;
+    let spare = json.iter().rev().take(over).all(|b| matches!(b, b' ' | b'\0'));
+    if spare {
+        json.truncate(json.len() - over);
+    } else {
+        json.resize(json.len().next_multiple_of(4), b' ');
+    }
+}
+
+/// A new GLB. `None` when it is too long for its header.
+pub(super) fn pack(json: &str, buffer: &[u8]) -> Option<Vec<u8>> {
+    let mut text = json.as_bytes().to_vec();
+    fill_up(&mut text);
+    let padding = buffer.len().next_multiple_of(4) - buffer.len();
+    let chunks = [(JSON, text.as_slice(), 0), (BIN, buffer, padding)];
+    let length = HEADER + 2 * CHUNK_HEADER + text.len() + buffer.len() + padding;
+    let mut out = Vec::with_capacity(length);
+    out.extend_from_slice(MAGIC);
+    out.extend_from_slice(&2_u32.to_le_bytes());
+    out.extend_from_slice(&u32::try_from(length).ok()?.to_le_bytes());
+    for (kind, content, padding) in chunks {
+        out.extend_from_slice(&u32::try_from(content.len() + padding).ok()?.to_le_bytes());
+        out.extend_from_slice(&kind.to_le_bytes());
+        out.extend_from_slice(content);
+        out.resize(out.len() + padding, 0);
+    }
+    Some(out)
+}

@@ -1,0 +1,136 @@
+//! 3MF: models as XML in a ZIP archive.
+//!
+//! *Read:* the model that the package's relationships name and the parts that it refers to by the production
+//! extension; in them the vertices and triangles of every object that the build shows, through any depth of
+//! components. Each mesh comes once, where the first path from the build puts it; further instances are counted.
+//! Without a build, every mesh is read where it is stored.
+//!
+//! *Kept:* all else, to the byte. Only the values of `x`, `y` and `z` of vertices that moved are spelled anew;
+//! parts without such a vertex stay packed as they are, and of the archive only sizes, checksums and offsets of
+//! what changed. Supports, objects that the build does not show, and objects that it flattens are left alone and
+//! noted. The unit is not applied.
+//!
+//! *Refused:* encryption (of the archive or by the Secure Content extension), other compression than Deflate,
+//! UTF-16, document type declarations, archives in which two entries share bytes or names with a model part,
+//! components that contain themselves, and archives that unpack to far more than they weigh.
+
+mod archive;
+mod model;
+mod package;
+mod scene;
+#[cfg(test)]
+mod tests;
+mod write;
+mod xml;
+
+use std::borrow::Cow;
+
+use sombrero_mesh::Soup;
+
+use crate::document::{self, Parsed};
+use crate::error::ParseError;
+use crate::format::Format;
+use crate::input::Source;
+use archive::Budget;
+use model::{Findings, Part};
+use package::Package;
+use scene::{Placed, Scene, Trouble};
+use write::PartLayout;
+pub(crate) use write::{Layout, encode};
+
+/// How much a model may unpack to, whatever the archive's size.
+const ALWAYS_ALLOWED: u64 = 64 << 20;
+/// How many times its size an archive may unpack to beyond that. Models pack to a tenth, not to a hundredth.
+const MOST_PACKED: u64 = 100;
+
+/// Whether the bytes are a ZIP archive.
+pub(crate) fn is_zip(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04")
+}
+
+/// Reads the whole file.
+pub(crate) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
+    let Source { bytes, limits, .. } = source;
+    let package = Package::open(bytes)?;
+    let allowed = ALWAYS_ALLOWED.max((bytes.len() as u64).saturating_mul(MOST_PACKED));
+    let mut budget = Budget::new(limits.max_bytes.min(allowed));
+    let (entry, signed) = package.model(&mut budget)?;
+    let mut findings = Findings::default();
+    let parts = model::read(&package, entry, &mut budget, limits, &mut findings)?;
+    package.note(&mut findings.attributes);
+    if signed {
+        findings.notes.push("the digital signature no longer holds once positions change".into());
+    }
+    let scene = scene::read(&parts).map_err(|trouble| located(&package, &parts, trouble))?;
+    Ok(assemble(parts, scene, findings))
+}
+
+/// An error with its line, for which the text has to be unpacked again.
+fn located(package: &Package<'_>, parts: &[Part], trouble: Trouble) -> ParseError {
+    let Trouble { part, at, problem } = trouble;
+    let entry = parts.get(part).map_or(usize::MAX, |part| part.entry);
+    let text = package.archive.unpack(entry, &mut Budget::new(u64::MAX)).unwrap_or(Cow::Borrowed(&[]));
+    ParseError::Malformed { place: xml::place(&package.archive.title(entry), &text, at), problem }
+}
+
+/// Puts the meshes together that can be shown and moved.
+fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
+    let Findings { attributes, mut notes } = findings;
+    let (mut soup, mut layout) = (Soup::default(), Layout::default());
+    let (mut repeated, mut unusable) = (0_u64, 0);
+    let mut placed = scene.placed.into_iter().peekable();
+    for (number, part) in parts.into_iter().enumerate() {
+        let mut place = PartLayout { entry: part.entry, slots: Vec::new(), blocks: Vec::new() };
+        while let Some(mesh) = placed.next_if(|mesh| mesh.part == number) {
+            match append(&mut soup, &mut place, &part, &mesh) {
+                Some(triangles) => {
+                    let more = mesh.times.saturating_sub(1).saturating_mul(triangles as u64);
+                    repeated = repeated.saturating_add(more);
+                }
+                None => unusable += 1,
+            }
+        }
+        layout.parts.push(place);
+    }
+    notes.extend(stays(scene.hidden, "that the build does not show"));
+    notes.extend(stays(scene.supports, "for support"));
+    notes.extend(stays(unusable, "that the build flattens or puts out of all bounds"));
+    Parsed {
+        format: Format::ThreeMf,
+        soup,
+        attributes: attributes.into_names(),
+        layout: document::Layout::ThreeMf(layout),
+        repeated_triangles: repeated,
+        notes,
+        ..Parsed::default()
+    }
+}
+
+/// Appends a mesh where it is shown and returns how many triangles it has; `None` if it cannot be shown.
+fn append(soup: &mut Soup, place: &mut PartLayout, part: &Part, mesh: &Placed) -> Option<usize> {
+    let placement = mesh.placement?;
+    let object = part.objects.get(mesh.object)?;
+    let (points, triangles) =
+        (part.points.get(object.points.clone())?, part.triangles.get(object.triangles.clone())?);
+    let slots = part.slots.get(object.points.clone())?;
+    let start = soup.points.len();
+    let first = u32::try_from(start).ok()?;
+    soup.points.extend(points.iter().map(|point| placement.world(point)));
+    let finite = soup.points.iter().skip(start).all(|point| point.iter().all(|c| c.is_finite()));
+    if !finite {
+        soup.points.truncate(start);
+        return None;
+    }
+    soup.triangles.extend(triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+    place.slots.extend_from_slice(slots);
+    place.blocks.push((points.len(), placement));
+    Some(triangles.len())
+}
+
+fn stays(count: usize, which: &str) -> Option<String> {
+    match count {
+        0 => None,
+        1 => Some(format!("1 object {which} stays as it is")),
+        _ => Some(format!("{count} objects {which} stay as they are")),
+    }
+}
