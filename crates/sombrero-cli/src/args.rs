@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use sombrero::attacks::Attack;
 use sombrero::basis::BasisFunction;
+use sombrero::io::Limits;
 use sombrero::watermark::Preset;
 use std::path::PathBuf;
 
@@ -10,7 +11,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "sombrero", version, propagate_version = true, arg_required_else_help = true)]
 #[command(after_help = "Exit status: 0 done (detect: found), 1 no watermark found, 2 any failure.\n\
-    Formats: OBJ, PLY, STL, OFF, told by content. Try `sombrero demo`.")]
+    Formats: OBJ, PLY, STL, OFF, glTF/GLB, 3MF, told by content. Try `sombrero demo`.")]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -22,6 +23,39 @@ pub(crate) struct Cli {
     /// Threads to use; the result does not depend on it. Default: all cores.
     #[arg(long, global = true, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
+
+    /// The largest mesh file to read, such as 500M or 8G. Default: 2G.
+    #[arg(long, global = true, value_name = "SIZE", value_parser = bytes)]
+    pub(crate) max_bytes: Option<u64>,
+
+    /// The most vertices that a mesh file may hold. Default: 200 million.
+    #[arg(long, global = true, value_name = "N")]
+    pub(crate) max_vertices: Option<usize>,
+}
+
+impl Cli {
+    /// How much is read of a mesh file.
+    pub(crate) fn limits(&self) -> Limits {
+        let usual = Limits::default();
+        usual
+            .with_max_bytes(self.max_bytes.unwrap_or(usual.max_bytes))
+            .with_max_vertices(self.max_vertices.unwrap_or(usual.max_vertices))
+    }
+}
+
+/// A number of bytes: digits, and K, M or G for powers of 1024.
+fn bytes(text: &str) -> Result<u64, String> {
+    let upper = text.to_ascii_uppercase();
+    let digits = upper.trim_end_matches(['K', 'M', 'G']);
+    let unit = match &upper[digits.len()..] {
+        "" => Some(1),
+        "K" => Some(1 << 10),
+        "M" => Some(1 << 20),
+        "G" => Some(1 << 30),
+        _ => None,
+    };
+    let size = digits.parse::<u64>().ok().zip(unit).and_then(|(n, unit)| n.checked_mul(unit));
+    size.ok_or_else(|| format!("`{text}` is not a size; write bytes, or a number with K, M or G"))
 }
 
 #[derive(Debug, Subcommand)]
@@ -101,6 +135,9 @@ pub(crate) struct Embed {
     /// A file with the secret, 64 hexadecimal digits. Default: a new one from the operating system.
     #[arg(long, value_name = "FILE")]
     pub(crate) secret_file: Option<PathBuf>,
+    /// Turn stored normals and tangents as the surface turns. Default: they are data and stay.
+    #[arg(long)]
+    pub(crate) recompute_normals: bool,
     /// Replace outputs that exist.
     #[arg(long)]
     pub(crate) force: bool,

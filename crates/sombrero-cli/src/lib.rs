@@ -56,13 +56,14 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn work(cli: &Cli) -> Result<Answer, Failure> {
+    let limits = cli.limits();
     match &cli.command {
-        Command::Embed(args) => commands::embed::run(args),
-        Command::Detect(args) => commands::detect::run(args),
-        Command::Attack(args) => commands::attack::run(args),
-        Command::Compare(args) => commands::compare::run(args),
-        Command::Info(args) => commands::info::run(args),
-        Command::Verify(args) => commands::verify::run(args),
+        Command::Embed(args) => commands::embed::run(args, limits),
+        Command::Detect(args) => commands::detect::run(args, limits),
+        Command::Attack(args) => commands::attack::run(args, limits),
+        Command::Compare(args) => commands::compare::run(args, limits),
+        Command::Info(args) => commands::info::run(args, limits),
+        Command::Verify(args) => commands::verify::run(args, limits),
         Command::Demo(args) => commands::demo::run(args),
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use serde::Serialize;
 use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_extraction::{ExtractError, extract};
-use sombrero_io::{Document, ParseError, WriteError};
+use sombrero_io::{Companion, Document, Limits, ParseError, Rewrite, Rewritten, WriteError};
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
 use sombrero_watermark::{Distortion, Identity, Key, Parameters, Secret, embed as insert, normal_change};
 use thiserror::Error;
@@ -21,6 +21,8 @@ pub struct EmbedOptions {
     pub fewer_if_small: bool,
     /// Whose mark it is.
     pub identity: Identity,
+    /// Whether stored normals turn with the surface, and the name that the copy will have.
+    pub rewrite: Rewrite,
 }
 
 /// With fewer coefficients than the paper's a mark is too easily lost to be made without being asked for.
@@ -31,6 +33,10 @@ const FEWEST: usize = 50;
 pub struct Marked {
     /// The file: the original with other positions.
     pub bytes: Vec<u8>,
+    /// What belongs beside it: see [`Rewrite::stem`].
+    pub companions: Vec<Companion>,
+    /// The stored positions as they read back.
+    pub points: Vec<Point3<f64>>,
     /// The secret key that finds the mark again.
     pub key: Key,
     /// What was done, for people and programs.
@@ -157,33 +163,43 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
         basis => basis,
     })?;
     let identity = options.identity.clone();
-    let key = Key::new(original.bytes(), identity, secret, &options.parameters, &basis);
-    let (bytes, moved) = seconds.time("insert", || {
+    let key = Key::new(&original.content(), identity, secret, &options.parameters, &basis);
+    let (Rewritten { bytes, companions }, moved) = seconds.time("insert", || {
         let points = insert(&model.soup().points, &basis, &key.watermark, epsilon);
-        let bytes = original.with_points(&model.stored_from_points(&points))?;
-        Ok::<_, WriteError>((bytes, points))
+        let rewritten = original.rewrite(&model.stored_from_points(&points), &options.rewrite)?;
+        Ok::<_, WriteError>((rewritten, points))
     })?;
-    let log10_p = seconds.time("read back", || read_back(&model, &basis, &key, &bytes))?;
+    let copy = seconds.time("read back", || {
+        // A file that needs others cannot be read from memory; then the same positions are read from one that does not.
+        let whole = if companions.is_empty() {
+            bytes.clone()
+        } else {
+            original.with_points(&model.stored_from_points(&moved))?
+        };
+        Ok::<_, EmbedError>(Document::parse_within(whole, Some(original.extension()), Limits::unlimited())?)
+    })?;
+    let log10_p = seconds.time("test", || test(&model, &basis, &key, copy.points()))?;
     if log10_p > READ_BACK {
         return Err(EmbedError::Lost { log10_p });
     }
     let report = EmbedReport {
         vertices: original.points().len(),
-        faces: original.triangles().len(),
+        faces: usize::try_from(original.triangles_with_instances()).unwrap_or(usize::MAX),
         coefficients: key.watermark.len(),
         epsilon,
         basis: basis_options.function.to_string(),
         distortion: distortion(&model, &moved),
         log10_p,
         seconds,
-        warnings: warnings(&model, basis_options.coefficients, key.watermark.len()),
+        warnings: warnings(original, &model, basis_options.coefficients, key.watermark.len()),
     };
-    Ok(Marked { bytes, key, report })
+    Ok(Marked { bytes, companions, points: copy.points().to_vec(), key, report })
 }
 
 /// What was mended, and whether the mesh is small.
-fn warnings(model: &Model, wanted: usize, carried: usize) -> Vec<String> {
-    let mut notes = crate::info::repair_notes(&model.repaired().report);
+fn warnings(original: &Document, model: &Model, wanted: usize, carried: usize) -> Vec<String> {
+    let mut notes = original.notes().to_vec();
+    notes.extend(crate::info::repair_notes(&model.repaired().report));
     if carried < wanted {
         notes.push(format!(
             "The mesh is small: it carries {carried} coefficients, not {wanted}, which survive less."
@@ -192,10 +208,9 @@ fn warnings(model: &Model, wanted: usize, carried: usize) -> Vec<String> {
     notes
 }
 
-fn read_back(model: &Model, basis: &Basis, key: &Key, bytes: &[u8]) -> Result<f64, EmbedError> {
-    let marked = Document::parse(bytes.to_vec(), None)?;
-    let found: Vec<Option<Point3<f64>>> =
-        model.points_from_stored(marked.points()).into_iter().map(Some).collect();
+/// log10 p of the paper's test on the stored positions of the copy.
+fn test(model: &Model, basis: &Basis, key: &Key, marked: &[Point3<f64>]) -> Result<f64, EmbedError> {
+    let found: Vec<Option<Point3<f64>>> = model.points_from_stored(marked).into_iter().map(Some).collect();
     let extraction = extract(basis, key.parameters.epsilon, &model.soup().points, &found)?;
     let test = watermark_test(&key.watermark, &extraction.coefficients, &WatermarkTestOptions::default());
     // Lengths agree by construction; a test that cannot be made is no evidence.

@@ -18,7 +18,7 @@ pub struct Info {
     pub vertices: usize,
     /// Distinct positions: what the method counts as points.
     pub points: usize,
-    /// Triangles, polygons split.
+    /// Triangles, polygons split and instances expanded.
     pub triangles: usize,
     /// Connected components, non-manifold places cut.
     pub components: usize,
@@ -76,8 +76,12 @@ pub fn info(document: &Document) -> Info {
     let closed = boundary_edges == 0 && mesh.face_count() > 0;
     let capacity = capacity(model.repaired());
     let usual = BasisOptions::default().coefficients;
-    let mut warnings = repair_notes(report);
-    if capacity < usual {
+    let mut warnings = document.notes().to_vec();
+    warnings.extend(repair_notes(report));
+    if mesh.face_count() == 0 {
+        warnings
+            .push("The mesh cannot be marked: it has no usable face, and a mark needs a surface.".to_owned());
+    } else if capacity < usual {
         warnings.push(too_small(capacity, usual));
     }
     let volume = closed.then(|| geometry::volume(mesh, points)).filter(|v| v.is_finite());
@@ -96,7 +100,7 @@ pub fn info(document: &Document) -> Info {
         format: document.format().to_string(),
         vertices: soup.points.len(),
         points: model.soup().points.len(),
-        triangles: soup.triangles.len(),
+        triangles: usize::try_from(document.triangles_with_instances()).unwrap_or(usize::MAX),
         components,
         boundary_loops: topology::boundary_loops(mesh).len(),
         boundary_edges,

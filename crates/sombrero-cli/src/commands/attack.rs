@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sombrero::attack;
-use sombrero::io::{Document, write_atomically};
+use sombrero::io::{Document, Limits, write_atomically};
 
 #[derive(Serialize)]
 struct Report {
@@ -20,10 +20,10 @@ struct Report {
     kept_file: bool,
 }
 
-pub(crate) fn run(args: &AttackArgs) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &AttackArgs, limits: Limits) -> Result<Answer, Failure> {
     files::check_outputs(&[&args.output], &[&args.input], args.force)?;
     let _progress = Progress::new(format!("attacking {}", args.input.display()));
-    let document = Document::read(&args.input)?;
+    let document = Document::read_within(&args.input, limits)?;
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     let attacked =
         attack(&document, &args.attacks, &mut rng).map_err(|e| Failure::about("attack", &args.input, &e))?;

@@ -4,12 +4,12 @@ use crate::Answer;
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use sombrero::io::Document;
+use sombrero::io::{Document, Limits};
 use sombrero::{CompareError, compare};
 
-pub(crate) fn run(args: &Compare) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Compare, limits: Limits) -> Result<Answer, Failure> {
     let _progress = Progress::new("comparing");
-    let (a, b) = (Document::read(&args.a)?, Document::read(&args.b)?);
+    let (a, b) = (Document::read_within(&args.a, limits)?, Document::read_within(&args.b, limits)?);
     let c = compare(&a, &b).map_err(|e| failure(args, &e))?;
     let mut lines = vec![
         format!("{} and {}", args.a.display(), args.b.display()),

@@ -5,18 +5,18 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{Answer, files};
 use sha2::{Digest, Sha256};
-use sombrero::io::{Document, write_atomically};
+use sombrero::io::{Document, Limits, write_atomically};
 use sombrero::report::{DetectionReport, FileLabel, detection_report};
 use sombrero::{DetectError, DetectOptions, Detection, Prepared};
 use std::path::{Path, PathBuf};
 
-pub(crate) fn run(args: &Detect) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Detect, limits: Limits) -> Result<Answer, Failure> {
     let outputs: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
     files::check_outputs(&outputs, &[&args.suspect, &args.original, &args.key], args.force)?;
     let _progress = Progress::new(format!("looking at {}", args.suspect.display()));
     let key = files::read_key(&args.key)?;
-    let original = Document::read(&args.original)?;
-    let suspect = Document::read(&args.suspect)?;
+    let original = Document::read_within(&args.original, limits)?;
+    let suspect = Document::read_within(&args.suspect, limits)?;
     let options = DetectOptions {
         method: method(args.method),
         registration: step(args.registration),
@@ -44,7 +44,7 @@ fn report(
     let key = prepared.key();
     let hashes = [
         hex::encode(key.original_sha256),
-        hex::encode(Sha256::digest(suspect.bytes())),
+        hex::encode(Sha256::digest(suspect.content())),
         hex::encode(Sha256::digest(files::read_small(&args.key, files::LARGEST_KEY)?)),
     ];
     let names = [&args.original, &args.suspect, &args.key].map(|p| p.display().to_string());

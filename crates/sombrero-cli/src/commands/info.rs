@@ -4,12 +4,12 @@ use crate::Answer;
 use crate::args::Info as Args;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use sombrero::io::Document;
+use sombrero::io::{Document, Limits};
 use sombrero::{Info, info};
 
-pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Args, limits: Limits) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("reading {}", args.mesh.display()));
-    let info = info(&Document::read(&args.mesh)?);
+    let info = info(&Document::read_within(&args.mesh, limits)?);
     Answer::new(text(args, &info), &info)
 }
 

@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::{Answer, files};
 use serde::Serialize;
 use sombrero::Prepared;
-use sombrero::io::Document;
+use sombrero::io::{Document, Limits};
 
 #[derive(Serialize)]
 struct Report {
@@ -20,10 +20,10 @@ struct Report {
     basis_sha256: String,
 }
 
-pub(crate) fn run(args: &Verify) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Verify, limits: Limits) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("verifying {}", args.key.display()));
     let key = files::read_key(&args.key)?;
-    let original = Document::read(&args.original)?;
+    let original = Document::read_within(&args.original, limits)?;
     let prepared = Prepared::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
     let key = prepared.key();
     let report = Report {

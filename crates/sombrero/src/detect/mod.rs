@@ -250,13 +250,13 @@ impl Prepared {
     /// # Errors
     /// [`DetectError::Key`] or [`DetectError::Basis`] when they do not belong together.
     pub fn new(original: &Document, key: Key) -> Result<Self, DetectError> {
-        key.check_original(original.bytes())?;
+        key.check_original(&original.content())?;
         let model = Model::new(&original.soup());
         if model.repaired().mesh.face_count() == 0 {
             return Err(DetectError::NoFaces { which: "original" });
         }
         let basis = model.basis(&key.parameters.basis)?;
-        key.check(original.bytes(), &basis)?;
+        key.check(&original.content(), &basis)?;
         let triangles = original.triangles().to_vec();
         let (extractor, reference) = (OnceLock::new(), OnceLock::new());
         let original = Arc::new(Original { model, basis, triangles, extractor, reference });
@@ -271,7 +271,7 @@ impl Prepared {
         if key.parameters != self.key.parameters {
             return Self::new(original, key);
         }
-        key.check(original.bytes(), self.basis())?;
+        key.check(&original.content(), self.basis())?;
         Ok(Self { original: Arc::clone(&self.original), key })
     }
 
