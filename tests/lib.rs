@@ -3,12 +3,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a story that cannot begin shall fail loudly")]
 
+mod containers;
+pub mod hostile;
 mod meshes;
 mod samples;
 mod workshop;
 
 pub use meshes::{flat_sheet, groups, joined, mapped, ring, wavy};
-pub use samples::{Sample, ascii_stl, binary_stl, obj, off, ply, samples};
+pub use samples::{Sample, ascii_stl, binary_stl, obj, off, ply, samples, separate_gltf};
 pub use workshop::{Ran, Workshop};
 
 use nalgebra::Point3;

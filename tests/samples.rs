@@ -1,5 +1,6 @@
 //! Files with everything that real ones have beside positions and faces.
 
+use crate::containers;
 use sombrero::mesh::Soup;
 use std::fmt::Write;
 use std::ops::Range;
@@ -86,7 +87,44 @@ pub fn samples(soup: &Soup) -> Vec<Sample> {
             mask: Box::new(mask),
         });
     }
+    all.extend(scenes(soup));
     all
+}
+
+/// Files with a scene, in which the mesh is shown twice.
+fn scenes(soup: &Soup) -> [Sample; 3] {
+    let vertices = soup.points.len();
+    let (json, bin) = containers::scene(soup);
+    let model = containers::model(soup);
+    [
+        Sample {
+            name: "GLB",
+            extension: "glb",
+            bytes: containers::glb(json.replace("@BUFFER@", "").as_bytes(), &bin),
+            exact: false,
+            mask: Box::new(move |bytes| containers::masked_glb(bytes, vertices)),
+        },
+        Sample {
+            name: "glTF",
+            extension: "gltf",
+            bytes: containers::embedded(&json, &bin).into_bytes(),
+            exact: false,
+            mask: Box::new(move |bytes| containers::masked_gltf(bytes, vertices)),
+        },
+        Sample {
+            name: "3MF",
+            extension: "3mf",
+            bytes: containers::archive(model.as_bytes(), zip::CompressionMethod::Deflated),
+            exact: true,
+            mask: Box::new(containers::masked_archive),
+        },
+    ]
+}
+
+/// A glTF whose buffer is a file of this name, and that file.
+pub fn separate_gltf(soup: &Soup, buffer: &str) -> [Vec<u8>; 2] {
+    let (json, bin) = containers::scene(soup);
+    [json.replace("@BUFFER@", &format!("\"uri\":\"{buffer}\",")).into_bytes(), bin]
 }
 
 /// OBJ with quads, three index columns, texture coordinates, normals, colours, groups, materials and comments.
