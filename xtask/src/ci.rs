@@ -16,6 +16,11 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
     step(TEST_COMMAND, &[])?;
     step("cargo doc --workspace --no-deps", &[("RUSTDOCFLAGS", "-D warnings")])?;
     step(MAIN_COMMAND, &[])?;
+    if knows_trimesh() {
+        step("python3 tests/trimesh/roundtrip.py target/release/sombrero", &[])?;
+    } else {
+        println!("== no trimesh: files were not checked by an independent reader");
+    }
     if models.join("fandisk.obj").exists() {
         for method in [Method::Paper, Method::Robust] {
             crate::tables::run(&Tables::check(method), models)?;
@@ -24,6 +29,11 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
         println!("== no models in {}: the tables were not checked", models.display());
     }
     Ok(())
+}
+
+fn knows_trimesh() -> bool {
+    let import = Command::new("python3").args(["-c", "import trimesh"]).output();
+    import.is_ok_and(|done| done.status.success())
 }
 
 fn step(line: &str, environment: &[(&str, &str)]) -> anyhow::Result<()> {

@@ -6,6 +6,7 @@ mod benchmark;
 mod calibrate;
 mod ci;
 mod figures;
+mod hostile;
 mod marked;
 mod models;
 mod plot;
@@ -40,6 +41,8 @@ enum Verb {
     Ci,
     /// Redraw Figures 1, 2, 4 and 5.
     Figures(figures::Figures),
+    /// Feed every reader with mutated files and see that none panics, hangs or takes much memory.
+    Hostile(hostile::Hostile),
     /// Fetch the paper's models, or check those that are there.
     Models(models::Models),
     /// Compare sets of parameters at equal distortion.
@@ -62,6 +65,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Calibrate(args) => calibrate::run(&args, &folder),
         Verb::Ci => ci::run(&folder),
         Verb::Figures(args) => figures::run(&args, &folder),
+        Verb::Hostile(args) => hostile::run(&args),
         Verb::Models(args) => models::run(&args, &folder),
         Verb::Presets(args) => presets::run(&args, &folder),
         Verb::Roc(args) => roc::run(&args, &folder),
