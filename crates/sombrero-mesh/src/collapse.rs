@@ -214,7 +214,7 @@ impl Mesh {
         self.halfedges[kept.index()].face = place.face;
         self.halfedges[place.next.index()].prev = kept;
         self.halfedges[place.prev.index()].next = kept;
-        if let Some(face) = place.face.filter(|f| self.first[f.index()] == outer) {
+        if let Some(face) = place.face.face().filter(|f| self.first[f.index()] == outer) {
             self.first[face.index()] = kept;
         }
         self.removed.edges.insert(gone.edge().index());
@@ -234,7 +234,7 @@ impl Mesh {
             let opposite = self.tail(stays);
             self.outgoing[opposite.index()] = leaving;
         }
-        if let Some(face) = place.face.filter(|f| self.first[f.index()] == kept) {
+        if let Some(face) = place.face.face().filter(|f| self.first[f.index()] == kept) {
             self.first[face.index()] = outer;
         }
         self.halfedges[place.next.index()].prev = outer;

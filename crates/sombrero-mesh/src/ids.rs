@@ -20,6 +20,19 @@ macro_rules! id {
                 Self(u32::try_from(index).expect("meshes have fewer than 2^32 elements of a kind"))
             }
 
+            /// From an index that is known to be 32-bit.
+            #[inline]
+            #[allow(dead_code, reason = "not every kind of index comes from a list")]
+            pub(crate) fn from_u32(index: u32) -> Self {
+                Self(index)
+            }
+
+            /// The index in the width that triangles use.
+            #[inline]
+            pub fn to_u32(self) -> u32 {
+                self.0
+            }
+
             /// The index, for use with slices.
             #[inline]
             pub fn index(self) -> usize {
@@ -61,20 +74,6 @@ id!(
     FaceId,
     "f"
 );
-
-impl VertexId {
-    /// From an index that is known to be 32-bit.
-    #[inline]
-    pub(crate) fn from_u32(index: u32) -> Self {
-        Self(index)
-    }
-
-    /// The index in the width that triangles use.
-    #[inline]
-    pub fn to_u32(self) -> u32 {
-        self.0
-    }
-}
 
 impl HalfedgeId {
     /// Larger than any halfedge in use; never leaves the construction of a mesh.

@@ -35,39 +35,42 @@ pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> (Vec<Coll
 
 struct Run<'a> {
     mesh: &'a mut Mesh,
-    /// Positions, centred and scaled so that the largest side of the bounding box is 1.
-    points: Vec<Point3<f64>>,
-    errors: Vec<Error>,
+    vertices: Vec<Vertex>,
     /// Vertices by the cost of their best collapse.
     queue: Queue,
     /// The best collapse of each vertex in the queue.
     best: Vec<HalfedgeId>,
+    /// Whether a vertex has a cheaper collapse that was not allowed.
+    passed_over: Vec<bool>,
     allow_turns: bool,
     collapses: Vec<Collapse>,
-    touched: Vec<VertexId>,
+    around: Vec<HalfedgeId>,
     ranked: Vec<(f64, HalfedgeId)>,
 }
 
-/// What a vertex has swallowed.
-#[derive(Clone, Copy, Default)]
-struct Error {
+/// All that costs need of a vertex, in two cache lines that are fetched together: a large conversion waits for memory
+/// most of the time.
+#[derive(Clone, Copy)]
+#[repr(align(128))]
+struct Vertex {
+    /// Its position, centred and scaled so that the largest side of the bounding box is 1.
+    point: Point3<f64>,
+    /// What it has swallowed.
     quadric: Quadric,
     area: f64,
 }
 
 impl<'a> Run<'a> {
     fn new(mesh: &'a mut Mesh, points: &[Point3<f64>]) -> Self {
-        let points = normalized(points);
-        let errors = initial_errors(mesh, &points);
         let bound = mesh.vertex_bound();
         Self {
-            errors,
-            points,
+            vertices: vertices(mesh, &normalized(points)),
             queue: Queue::new(bound),
             best: vec![HalfedgeId::new(0); bound],
+            passed_over: vec![false; bound],
             allow_turns: false,
             collapses: Vec::with_capacity(bound),
-            touched: Vec::new(),
+            around: Vec::new(),
             ranked: Vec::new(),
             mesh,
         }
@@ -84,10 +87,11 @@ impl<'a> Run<'a> {
             self.enqueue(v);
         }
         while let Some(v) = self.queue.pop() {
-            match self.mesh.collapse(self.best[v]) {
-                Ok(collapse) => self.after_collapse(collapse),
-                // The link condition may have changed since; look for the next best.
-                Err(_) => self.enqueue(VertexId::new(v)),
+            let best = self.best[v];
+            // What is around may have changed since; then look for the next best.
+            match self.may_turn(best).then(|| self.mesh.collapse(best)) {
+                Some(Ok(collapse)) => self.after_collapse(collapse),
+                _ => self.enqueue(VertexId::new(v)),
             }
         }
         self.collapses.len() > before
@@ -95,20 +99,42 @@ impl<'a> Run<'a> {
 
     fn after_collapse(&mut self, collapse: Collapse) {
         let Collapse { removed: gone, kept, .. } = collapse;
-        let Error { quadric, area } = self.errors[gone.index()];
-        let error = &mut self.errors[kept.index()];
-        error.quadric += quadric;
-        error.area += area;
+        let Vertex { quadric, area, .. } = self.vertices[gone.index()];
+        let swallower = &mut self.vertices[kept.index()];
+        swallower.quadric += quadric;
+        swallower.area += area;
         self.collapses.push(collapse);
 
-        let mut touched = std::mem::take(&mut self.touched);
-        touched.clear();
-        touched.push(kept);
-        touched.extend(self.mesh.vertices_around_vertex(kept));
-        for &v in &touched {
-            self.enqueue(v);
+        self.enqueue(kept);
+        let mut around = std::mem::take(&mut self.around);
+        around.clear();
+        around.extend(self.mesh.outgoing_halfedges(kept));
+        for &h in &around {
+            self.reconsider(h.twin());
         }
-        self.touched = touched;
+        self.around = around;
+    }
+
+    /// The candidate of the tail of `h` after the tip of `h` has swallowed another vertex.
+    ///
+    /// Of the tail's collapses only those into the tip have another cost now. So the candidate stays, unless it
+    /// was one of them, `h` is cheaper, or something cheaper was not allowed before and may be now. Whether it is
+    /// still allowed is asked when its turn comes.
+    fn reconsider(&mut self, h: HalfedgeId) {
+        let (u, kept) = (self.mesh.tail(h), self.mesh.tip(h));
+        let best = self.best[u.index()];
+        let stays = self.queue.cost(u.index()).is_some_and(|cost| {
+            self.mesh.tip(best) != kept
+                && !self.passed_over[u.index()]
+                && (cost, best) < (self.cost(u, kept), h)
+        });
+        if !stays {
+            self.enqueue(u);
+        }
+    }
+
+    fn may_turn(&self, h: HalfedgeId) -> bool {
+        self.allow_turns || self.keeps_normals(h)
     }
 
     /// Puts the cheapest allowed collapse of `u` into the queue, if there is one.
@@ -122,31 +148,31 @@ impl<'a> Run<'a> {
                 .filter(|h| !on_boundary || self.mesh.is_boundary_edge(h.edge()))
                 .map(|h| (self.cost(u, self.mesh.tip(h)), h)),
         );
+        let mut passed_over = false;
         while let Some(best) = cheapest(&ranked) {
             let (cost, halfedge) = ranked.swap_remove(best);
-            if (self.allow_turns || self.keeps_normals(halfedge))
-                && self.mesh.check_collapse(halfedge).is_ok()
-            {
+            if self.may_turn(halfedge) && self.mesh.check_collapse(halfedge).is_ok() {
                 self.queue.set(u.index(), cost);
                 self.best[u.index()] = halfedge;
+                self.passed_over[u.index()] = passed_over;
                 self.ranked = ranked;
                 return;
             }
+            passed_over = true;
         }
         self.queue.remove(u.index());
         self.ranked = ranked;
     }
 
     fn cost(&self, u: VertexId, v: VertexId) -> f64 {
-        let (from, to) = (&self.errors[u.index()], &self.errors[v.index()]);
-        let (p, q) = (&self.points[u.index()], &self.points[v.index()]);
-        let error = from.quadric.at(q) + to.quadric.at(q);
-        error.max(0.0) + EVENNESS * from.area * (p - q).norm_squared()
+        let (from, to) = (&self.vertices[u.index()], &self.vertices[v.index()]);
+        let error = from.quadric.at(&to.point) + to.quadric.at(&to.point);
+        error.max(0.0) + EVENNESS * from.area * (from.point - to.point).norm_squared()
     }
 
     /// Whether moving the tail of `h` into its tip turns no face too far.
     fn keeps_normals(&self, h: HalfedgeId) -> bool {
-        let at = |v: VertexId| &self.points[v.index()];
+        let at = |v: VertexId| &self.vertices[v.index()].point;
         let (u, v) = (self.mesh.tail(h), self.mesh.tip(h));
         self.mesh.outgoing_halfedges(u).filter(|&g| self.mesh.face(g).is_some()).all(|g| {
             let (a, b) = (self.mesh.tip(g), self.mesh.tip(self.mesh.next(g)));
@@ -177,12 +203,13 @@ fn normalized(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
     points.iter().map(|p| Point3::from((p - centre) * scale)).collect()
 }
 
-fn initial_errors(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Error> {
-    let quadrics = vertex_quadrics(mesh, points).into_iter();
-    let mut errors: Vec<Error> = quadrics.map(|quadric| Error { quadric, area: 0.0 }).collect();
+fn vertices(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Vertex> {
+    let quadrics = vertex_quadrics(mesh, points).into_iter().zip(points);
+    let mut vertices: Vec<Vertex> =
+        quadrics.map(|(quadric, &point)| Vertex { point, quadric, area: 0.0 }).collect();
     for f in mesh.faces() {
         let third = face_area(mesh, points, f) / 3.0;
-        mesh.vertices_of_face(f).into_iter().for_each(|v| errors[v.index()].area += third);
+        mesh.vertices_of_face(f).into_iter().for_each(|v| vertices[v.index()].area += third);
     }
-    errors
+    vertices
 }

@@ -45,6 +45,15 @@ impl Queue {
         }
     }
 
+    /// The cost of an element that is in.
+    ///
+    /// # Panics
+    /// When `element` is not below the bound.
+    pub fn cost(&self, element: usize) -> Option<f64> {
+        let at = self.place[element];
+        (at != NOWHERE).then(|| f64::from_bits(self.heap[at as usize].0))
+    }
+
     /// Takes an element out, if it is in.
     ///
     /// # Panics
