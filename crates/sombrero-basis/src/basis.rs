@@ -16,7 +16,7 @@ use nalgebra::{Point3, Vector3};
 use nalgebra_sparse::CscMatrix;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use sombrero_mesh::VertexId;
+use sombrero_mesh::{BoundingBox, VertexId};
 use sombrero_progressive::ProgressiveMesh;
 use thiserror::Error;
 
@@ -74,6 +74,13 @@ pub struct Function {
     pub amplitude: f64,
 }
 
+/// The least height that carries a mark, in largest sides: numbers with six digits have errors like this.
+const LEAST_HEIGHT: f64 = 1e-6;
+
+fn least_height(points: &[Point3<f64>]) -> f64 {
+    BoundingBox::of(points).map_or(0.0, |bounds| LEAST_HEIGHT * bounds.largest_side())
+}
+
 impl Basis {
     /// The functions of the `options.coefficients` most significant vertex splits, most significant first.
     ///
@@ -88,7 +95,7 @@ impl Basis {
     ) -> Result<Self, BasisError> {
         let wanted = options.coefficients;
         let all = magnitudes(progressive, points);
-        let splits = most_significant(&all, progressive.shape_level(), wanted);
+        let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {
             return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
         }
@@ -110,7 +117,7 @@ impl Basis {
     /// How many coefficients a mesh can carry at most. Leaves `progressive` at the full mesh.
     pub fn capacity(progressive: &mut ProgressiveMesh, points: &[Point3<f64>]) -> usize {
         let all = magnitudes(progressive, points);
-        most_significant(&all, progressive.shape_level(), usize::MAX).len()
+        most_significant(&all, progressive.shape_level(), usize::MAX, least_height(points)).len()
     }
 
     /// n, the number of vertices.
@@ -373,6 +380,19 @@ mod tests {
         for (point, i) in (0..n as usize / 2).flat_map(|p| (0..3).map(move |i| (p, i))) {
             let mean = (value(&basis, 2 * point, i) + value(&basis, 2 * point + 1, i)) / 2.0;
             assert!((value(&merged, point, i) - mean).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn rounding_errors_of_a_tilted_plane_are_no_relief() {
+        let turn = nalgebra::Rotation3::from_scaled_axis(nalgebra::Vector3::new(0.3, 0.5, 0.2));
+        for decimals in [1e6, 1e16] {
+            let rounded = |c: f64| (c * decimals).round() / decimals;
+            let mut soup = shapes::open_sheet(20, 20);
+            soup.points.iter_mut().for_each(|p| *p = (turn * Point3::new(p.x, p.y, 0.0)).map(rounded));
+            let made = repair(&soup);
+            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+            assert_eq!(Basis::capacity(&mut progressive, &made.points), 0, "{decimals}");
         }
     }
 }

@@ -56,11 +56,10 @@ pub fn magnitudes(progressive: &mut ProgressiveMesh, points: &[Point3<f64>]) -> 
 /// level](sombrero_progressive::ProgressiveMesh::shape_level) are left out here: their heights are a large
 /// part of the model's size, so a mark on them is visible and says little about the surface.
 ///
-/// Splits whose height is below 1e-9 of the largest one are rounding errors of a flat surface and are
-/// never taken, so there may be fewer than `count`.
-pub fn most_significant(magnitudes: &[Magnitude], first: usize, count: usize) -> Vec<usize> {
-    let largest = magnitudes.iter().map(|m| m.height.abs()).fold(0.0, f64::max);
-    let usable = |m: &Magnitude| m.height.is_finite() && m.height.abs() > 1e-9 * largest;
+/// Splits whose height is no more than `least` are never taken, so there may be fewer than `count`: they are rounding
+/// errors of a flat surface, or so little relief that a mark on them is none.
+pub fn most_significant(magnitudes: &[Magnitude], first: usize, count: usize, least: f64) -> Vec<usize> {
+    let usable = |m: &Magnitude| m.height.is_finite() && m.height.abs() > least;
     let mut order: Vec<usize> = (first..magnitudes.len()).filter(|&i| usable(&magnitudes[i])).collect();
     order.sort_by(|&i, &j| magnitudes[j].height.abs().total_cmp(&magnitudes[i].height.abs()).then(i.cmp(&j)));
     order.truncate(count);
@@ -87,8 +86,9 @@ mod tests {
     fn the_largest_heights_come_first_and_flat_ones_never() {
         let of = |height: f64| Magnitude { height, direction: Vector3::z() };
         let all = [of(0.1), of(-2.0), of(0.0), of(0.5), of(2.0), of(1e-12)];
-        assert_eq!(most_significant(&all, 0, 3), [1, 4, 3]);
-        assert_eq!(most_significant(&all, 0, 9), [1, 4, 3, 0]);
-        assert_eq!(most_significant(&all, 2, 9), [4, 3]);
+        assert_eq!(most_significant(&all, 0, 3, 1e-9), [1, 4, 3]);
+        assert_eq!(most_significant(&all, 0, 9, 1e-9), [1, 4, 3, 0]);
+        assert_eq!(most_significant(&all, 2, 9, 1e-9), [4, 3]);
+        assert_eq!(most_significant(&all, 0, 9, 0.5), [1, 4]);
     }
 }

@@ -23,6 +23,8 @@ pub(crate) struct Parsed {
     pub(crate) repeated_triangles: u64,
     /// What is unusual, in sentences.
     pub(crate) notes: Vec<String>,
+    /// Why positions cannot move, if they cannot.
+    pub(crate) fixed: Option<String>,
     /// The files that this one refers to, as far as they hold geometry.
     pub(crate) companions: Vec<Companion>,
 }
@@ -126,9 +128,28 @@ impl Document {
             return Err(ParseError::Empty);
         }
         let family = Family::of(&bytes, extension).ok_or(ParseError::Unrecognised)?;
-        let parsed = family.parse(Source { bytes: &bytes, folder, limits })?;
+        let wide = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+        if wide && family.is_text() {
+            return Err(ParseError::Unsupported {
+                what: "UTF-16 text".into(),
+                cure: "save the file as UTF-8",
+            });
+        }
+        let mut parsed = family.parse(Source { bytes: &bytes, folder, limits }).map_err(|source| {
+            match extension.and_then(Format::from_extension) {
+                Some(named) if Family::of_format(named) != family => {
+                    ParseError::Guessed { name: family.name(), source: Box::new(source) }
+                }
+                _ => source,
+            }
+        })?;
         if parsed.soup.points.is_empty() {
-            return Err(ParseError::NoVertices);
+            return Err(family.nothing());
+        }
+        if parsed.repeated_triangles > 0 {
+            let note =
+                "Meshes are shown more than once; sizes and topology are of each where it is shown first.";
+            parsed.notes.push(note.into());
         }
         Ok(Self { bytes, parsed })
     }
@@ -205,9 +226,15 @@ impl Document {
         (self.parsed.soup.triangles.len() as u64).saturating_add(self.parsed.repeated_triangles)
     }
 
-    /// What is unusual about the file, in sentences: meshes that no scene shows, signatures that a change breaks.
+    /// What is unusual about the file, in sentences: meshes that no scene shows or one that it shows more than once,
+    /// signatures that a change breaks.
     pub fn notes(&self) -> &[String] {
         &self.parsed.notes
+    }
+
+    /// Why positions of this file cannot be replaced, if they cannot.
+    pub fn fixed(&self) -> Option<&str> {
+        self.parsed.fixed.as_deref()
     }
 
     /// A copy of points and triangles.
@@ -331,5 +358,24 @@ fn check_finite(points: &[Point3<f64>]) -> Result<(), WriteError> {
     match points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
         Some(vertex) => Err(WriteError::NonFinite { vertex }),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::parse_error;
+
+    #[test]
+    fn content_that_is_not_what_the_name_says_is_called_what_it_looks_like() {
+        let error = parse_error("ply\nformat ascii 1.0\n", "obj").to_string();
+        assert!(error.starts_with("its content looks like PLY, but line 3: the file ends before"), "{error}");
+        // RTF begins with a brace as JSON does.
+        let error = parse_error("{\\rtf1 v 1 2 3}", "obj");
+        assert_eq!(error, ParseError::NoVertices);
+        let error = parse_error("GLTF....", "glb").to_string();
+        assert!(error.contains("neither a GLB"), "{error}");
+        let error = parse_error(b"\xff\xfev\0 \x001\0".as_slice(), "obj").to_string();
+        assert!(error.starts_with("UTF-16 text is not supported"), "{error}");
     }
 }

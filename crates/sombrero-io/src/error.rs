@@ -137,6 +137,20 @@ pub enum ParseError {
         /// The number of the element that is incomplete.
         index: usize,
     },
+    /// The content is of another format than the name says, and cannot be read as that.
+    #[error("its content looks like {name}, but {source}")]
+    Guessed {
+        /// The format that the content looks like.
+        name: &'static str,
+        /// What is wrong with it.
+        source: Box<Self>,
+    },
+    /// A scene without triangles.
+    #[error(
+        "nothing that it shows has triangles (there are only points or lines, or meshes that no scene or build \
+         shows); export the model again with its surface"
+    )]
+    NothingShown,
     /// There are no vertices at all.
     #[error("the file holds no vertices; export the model again with its geometry")]
     NoVertices,

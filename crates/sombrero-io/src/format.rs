@@ -107,6 +107,30 @@ impl Family {
         }
     }
 
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+            Self::Off => "OFF",
+            Self::Stl => "STL",
+            Self::Gltf => "glTF",
+            Self::ThreeMf => "3MF",
+        }
+    }
+
+    /// Whether files are text and nothing else.
+    pub(crate) fn is_text(self) -> bool {
+        matches!(self, Self::Obj | Self::Off | Self::Gltf)
+    }
+
+    /// Why a file that is well-formed has no vertices.
+    pub(crate) fn nothing(self) -> ParseError {
+        match self {
+            Self::Gltf | Self::ThreeMf => ParseError::NothingShown,
+            _ => ParseError::NoVertices,
+        }
+    }
+
     /// The reader of files in `format`.
     pub(crate) fn of_format(format: Format) -> Self {
         match format {

@@ -17,6 +17,8 @@ use nalgebra::{Point3, Vector3};
 
 use crate::text::{self, Joining};
 
+/// The cosine of the largest angle between normals that have to do with each other.
+const LARGEST: f64 = 0.5;
 /// No normal at this corner.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -26,8 +28,10 @@ pub(crate) struct Stored {
     pub(crate) values: Vec<Vector3<f64>>,
     /// For each triangle which normal each of its corners has, or [`NONE`].
     pub(crate) corners: Vec<[u32; 3]>,
-    /// For text: the byte where each normal's numbers begin.
+    /// For text that is searched by lines: the byte where each normal's numbers begin.
     pub(crate) slots: Vec<usize>,
+    /// Whether they are text, whose readers expect a few decimals.
+    pub(crate) text: bool,
 }
 
 impl Stored {
@@ -54,13 +58,14 @@ pub(crate) struct Turn {
 impl Turn {
     const NONE: Self = Self { axis: Vector3::new(0.0, 0.0, 0.0), cosine: 1.0 };
 
-    /// The shortest turn from `a` to `b`; none when one of them is zero or they are opposite.
+    /// The shortest turn from `a` to `b`; none when one of them is zero, or beyond 60 degrees: only faces that are
+    /// hardly more than a line turn as far, and they say nothing about shading.
     fn between(a: &Vector3<f64>, b: &Vector3<f64>) -> Self {
         let (Some(a), Some(b)) = (a.try_normalize(0.0), b.try_normalize(0.0)) else {
             return Self::NONE;
         };
         let turn = Self { axis: a.cross(&b), cosine: a.dot(&b) };
-        if turn.cosine > -0.999 { turn } else { Self::NONE }
+        if turn.cosine > LARGEST { turn } else { Self::NONE }
     }
 
     fn is_none(&self) -> bool {
@@ -84,9 +89,7 @@ pub(crate) fn turned(
     old: &[Point3<f64>],
     new: &[Point3<f64>],
 ) -> Vec<Point3<f64>> {
-    // Readers of text expect a few decimals, and more would say nothing.
-    let round =
-        |n: Vector3<f64>| if normals.slots.is_empty() { n } else { n.map(|c| (c * 1e6).round() / 1e6) };
+    let round = |n: Vector3<f64>| if normals.text { n.map(|c| (c * 1e6).round() / 1e6) } else { n };
     let turns = turns(normals, triangles, old, new);
     let pairs = normals.values.iter().zip(&turns);
     pairs.map(|(n, turn)| if turn.is_none() { *n } else { round(turn.of(n)) }).map(Point3::from).collect()
@@ -123,7 +126,10 @@ pub(crate) fn turns(
     (0..normals.values.len() as u32)
         .map(|n| {
             let [a, b] = &areas[groups.root(n) as usize];
-            if a == b { Turn::NONE } else { Turn::between(a, b) }
+            // A normal far from its faces' (of either side) is not theirs.
+            let normal = &normals.values[n as usize];
+            let theirs = normal.dot(a).abs() > LARGEST * normal.norm() * a.norm();
+            if a == b || !theirs { Turn::NONE } else { Turn::between(a, b) }
         })
         .collect()
 }
@@ -180,6 +186,7 @@ mod tests {
         assert!((turn.of(&a) - b.normalize() * 2.0).norm() < 1e-15);
         assert!((turn.of(&Vector3::x()) - Vector3::x()).norm() < 1e-15);
         assert_eq!(Turn::between(&a, &-a).of(&b), b);
+        assert_eq!(Turn::between(&a, &Vector3::x()).of(&b), b);
         assert_eq!(Turn::between(&a, &Vector3::zeros()).of(&b), b);
     }
 
@@ -238,6 +245,15 @@ mod tests {
         let document = read(text, "off");
         let out = renewed(&document, &lifted(&document, |p| Point3::new(p.x, p.y, p.x)));
         assert!(out.contains("\n1 0 1.0 -0.707107 0 0.707107 .1 .2 .3 1\n"), "{out}");
+    }
+
+    #[test]
+    fn a_normal_that_is_not_its_faces_stays() {
+        // A sliver that stands upright on the surface that the normal belongs to.
+        let text = "NOFF\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0.5 1e-9 1e-6 0 0 1\n3 0 1 2\n";
+        let document = read(text, "off");
+        let out = renewed(&document, &lifted(&document, |p| p + Vector3::new(0.0, 1e-7 * p.x, -1e-6 * p.x)));
+        assert_eq!(out.matches(" 0 0 1\n").count(), 3, "{out}");
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> 
 /// they are not what they should be. `bytes` were read before.
 pub(crate) fn normals(bytes: &[u8]) -> Option<Stored> {
     let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
-    let mut normals = Stored { values: Vec::new(), corners: Vec::new(), slots: Vec::new() };
+    let mut normals = Stored { values: Vec::new(), corners: Vec::new(), slots: Vec::new(), text: true };
     let mut polygon = Vec::new();
     loop {
         match lines.word().map(|word| (&bytes[word.clone()], word.start)) {

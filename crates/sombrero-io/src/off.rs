@@ -110,7 +110,7 @@ impl Layout {
             slots.push(lines.at());
             values.push(text::point(&mut lines, source, start).ok()?.coords);
         }
-        Some(Stored { values, corners: triangles.to_vec(), slots })
+        Some(Stored { values, corners: triangles.to_vec(), slots, text: true })
     }
 }
 
@@ -240,9 +240,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The next whole number on the face's line.
+    /// The next whole number of the face, which may go on in the next line.
     fn integer(&mut self, start: usize) -> Result<i64, ParseError> {
-        let Some(word) = self.lines.word() else {
+        let Some(word) = self.lines.first_word() else {
             let problem = "the face has fewer corners than it says".into();
             return Err(ParseError::Malformed { place: self.line(start), problem });
         };
@@ -374,6 +374,14 @@ mod tests {
             let expected = ParseError::IndexOutOfRange { place: Place::Line(6), index, first: 0, count: 3 };
             assert_eq!(parse_error(text, "off"), expected);
         }
+    }
+
+    #[test]
+    fn a_face_may_go_on_in_the_next_line() {
+        let text = "OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n4 0 1\n 2 # here\n 3 0.5 0.5\n3 1 2 3\n";
+        let document = read(text, "off");
+        assert_eq!(document.triangles(), [[0, 1, 2], [0, 2, 3], [1, 2, 3]]);
+        assert_eq!(document.attributes(), ["face colours"]);
     }
 
     #[test]

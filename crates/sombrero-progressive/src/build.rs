@@ -17,6 +17,7 @@ use crate::queue::Queue;
 use nalgebra::Point3;
 use sombrero_mesh::geometry::{area_vector, face_area};
 use sombrero_mesh::{BoundingBox, Collapse, HalfedgeId, Mesh, VertexId};
+use std::cmp::Ordering;
 
 /// λ: weight of the edge length against the quadric error.
 const EVENNESS: f64 = 1e-6;
@@ -149,7 +150,9 @@ impl<'a> Run<'a> {
                 .map(|h| (self.cost(u, self.mesh.tip(h)), h)),
         );
         let mut passed_over = false;
-        while let Some(best) = cheapest(&ranked) {
+        // Mostly the first is allowed. If not, the rest is sorted once, dearest first: with thousands of neighbours
+        // looking for the least again and again would take forever.
+        while let Some(best) = if passed_over { ranked.len().checked_sub(1) } else { cheapest(&ranked) } {
             let (cost, halfedge) = ranked.swap_remove(best);
             if self.may_turn(halfedge) && self.mesh.check_collapse(halfedge).is_ok() {
                 self.queue.set(u.index(), cost);
@@ -158,7 +161,10 @@ impl<'a> Run<'a> {
                 self.ranked = ranked;
                 return;
             }
-            passed_over = true;
+            if !passed_over {
+                ranked.sort_unstable_by(|a, b| rank(b, a));
+                passed_over = true;
+            }
         }
         self.queue.remove(u.index());
         self.ranked = ranked;
@@ -188,10 +194,13 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Position of the smallest cost, the smaller halfedge among equals.
+/// By cost, then by halfedge.
+fn rank(a: &(f64, HalfedgeId), b: &(f64, HalfedgeId)) -> Ordering {
+    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+}
+
 fn cheapest(ranked: &[(f64, HalfedgeId)]) -> Option<usize> {
-    let order = |a: &(f64, HalfedgeId), b: &(f64, HalfedgeId)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-    (0..ranked.len()).min_by(|&i, &j| order(&ranked[i], &ranked[j]))
+    (0..ranked.len()).min_by(|&i, &j| rank(&ranked[i], &ranked[j]))
 }
 
 /// Quadrics of large coordinates lose their digits, so costs are computed in a unit box at the origin.

@@ -161,4 +161,19 @@ mod tests {
             assert_eq!(progressive.split_count() + smallest, made.points.len());
         }
     }
+
+    #[test]
+    fn thousands_of_neighbours_are_no_trouble() {
+        // A disc capped by fans, as programs for mechanical parts write it: cubic time would take half a minute here.
+        let rim = 4000_u32;
+        let mut points: Vec<Point3<f64>> = (0..rim)
+            .map(|i| (f64::from(i) / f64::from(rim) * std::f64::consts::TAU).sin_cos())
+            .map(|(y, x)| Point3::new(x, y, 0.0))
+            .collect();
+        points.extend([Point3::new(0.0, 0.0, 0.2), Point3::new(0.0, 0.0, -0.2)]);
+        let fans = (0..rim).flat_map(|i| [[i, (i + 1) % rim, rim], [(i + 1) % rim, i, rim + 1]]);
+        let mesh = Mesh::from_triangles(points.len(), &fans.collect::<Vec<_>>()).unwrap();
+        let progressive = ProgressiveMesh::new(mesh, &points);
+        assert_eq!(progressive.split_count(), points.len() - 4);
+    }
 }

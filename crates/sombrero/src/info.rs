@@ -84,6 +84,7 @@ pub fn info(document: &Document) -> Info {
     } else if capacity < usual {
         warnings.push(too_small(capacity, usual));
     }
+    warnings.extend(document.fixed().map(str::to_owned));
     let volume = closed.then(|| geometry::volume(mesh, points)).filter(|v| v.is_finite());
     let area = Some(geometry::area(mesh, points)).filter(|a| a.is_finite());
     if area.is_none_or(|a| a < f64::MIN_POSITIVE && mesh.face_count() > 0) {
@@ -115,7 +116,7 @@ pub fn info(document: &Document) -> Info {
         area,
         volume,
         attributes: document.attributes().to_vec(),
-        markable: capacity >= usual,
+        markable: capacity >= usual && document.fixed().is_none(),
         capacity,
         warnings,
     }

@@ -14,7 +14,7 @@ pub(crate) fn run(args: &Args, limits: Limits) -> Result<Answer, Failure> {
 }
 
 fn text(args: &Args, i: &Info) -> String {
-    let markable = if i.markable { "yes" } else { "no, not with the usual number of coefficients" };
+    let markable = if i.markable { "yes" } else { "no" };
     let mut lines = vec![
         format!("{}: {}", args.mesh.display(), i.format),
         format!(
@@ -29,7 +29,9 @@ fn text(args: &Args, i: &Info) -> String {
         ),
     ];
     if let Some(b) = i.bounding_box {
-        let [x, y, z] = std::array::from_fn(|k| format!("{} to {}", b.min[k], b.max[k]));
+        // Six digits are for people; programs get all of them.
+        let short = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
+        let [x, y, z] = std::array::from_fn(|k| format!("{} to {}", short(b.min[k]), short(b.max[k])));
         lines.push(format!("  bounding box  x {x}, y {y}, z {z}"));
     }
     let measure = |name: &str, value: Option<f64>| value.map(|x| format!("{name} {x:.6e}"));

@@ -26,7 +26,13 @@ pub(super) struct Container {
 /// Whether the bytes begin as GLB or as a JSON object.
 pub(crate) fn is_gltf(bytes: &[u8]) -> bool {
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
-    bytes.starts_with(MAGIC) || text.trim_ascii_start().starts_with(b"{")
+    bytes.starts_with(MAGIC) || is_object(text)
+}
+
+/// Whether a brace and then a name or the other brace come first. (RTF begins with a brace, too.)
+fn is_object(text: &[u8]) -> bool {
+    let behind = text.trim_ascii_start().strip_prefix(b"{").map(<[u8]>::trim_ascii_start);
+    behind.is_some_and(|behind| matches!(behind.first(), Some(b'"' | b'}')))
 }
 
 /// Finds the parts of the file.
@@ -35,6 +41,10 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ParseError> {
         return open_chunks(bytes);
     }
     let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    if !is_gltf(bytes) {
+        let problem = "neither a GLB, which begins with `glTF`, nor JSON with an object";
+        return Err(ParseError::Malformed { place: Place::Line(1), problem: problem.into() });
+    }
     Ok(Container { format: Format::Gltf, json: start..bytes.len(), bin: None })
 }
 
@@ -101,7 +111,8 @@ impl Container {
     pub(super) fn json_error(&self, error: &serde_json::Error) -> ParseError {
         let whole = error.to_string();
         let suffix = format!(" at line {} column {}", error.line(), error.column());
-        let problem = whole.strip_suffix(&suffix).unwrap_or(&whole).to_owned();
+        let detail = whole.strip_suffix(&suffix).unwrap_or(&whole);
+        let problem = format!("the JSON is not as glTF has it ({detail})");
         let place = match self.format {
             Format::Glb if error.line() <= 1 => {
                 Place::Element { name: "byte of the JSON".into(), index: error.column().saturating_sub(1) }

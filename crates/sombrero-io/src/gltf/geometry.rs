@@ -89,6 +89,7 @@ pub(super) fn read(
         repeated_triangles: repeated,
         notes,
         companions: buffers.companions,
+        ..Parsed::default()
     })
 }
 

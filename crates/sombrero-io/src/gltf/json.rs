@@ -21,7 +21,17 @@ pub(super) struct Head<'a> {
 /// The version that the file is written for.
 #[derive(Debug, Deserialize)]
 pub(super) struct Asset {
+    #[serde(deserialize_with = "text_or_number")]
     pub(super) version: String,
+}
+
+/// Some exporters write the version as a number.
+fn text_or_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    match serde_json::Value::deserialize(deserializer)? {
+        serde_json::Value::String(text) => Ok(text),
+        serde_json::Value::Number(number) => Ok(number.to_string()),
+        _ => Err(D::Error::custom("the version is no text")),
+    }
 }
 
 /// The whole.

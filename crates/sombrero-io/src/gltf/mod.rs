@@ -79,6 +79,7 @@ fn no_gltf() -> ParseError {
 
 fn other_version(version: &str) -> ParseError {
     let name = match version {
+        "" => "without a version".to_owned(),
         "1" => "1.0".to_owned(),
         other => other.chars().take(20).collect(),
     };

@@ -177,7 +177,7 @@ impl Shading {
                 *corner = triangle.map(normal);
             }
         }
-        Some((Stored { values, corners, slots: Vec::new() }, starts))
+        Some((Stored { values, corners, slots: Vec::new(), text: false }, starts))
     }
 }
 

@@ -640,7 +640,7 @@ fn meshes_without_a_place_stay_and_are_noted() {
         ]
     );
     let unseen = Model::square().with("/scenes/0/nodes", json!([]));
-    assert_eq!(unseen.error(), ParseError::NoVertices);
+    assert_eq!(unseen.error(), ParseError::NothingShown);
 }
 
 #[test]

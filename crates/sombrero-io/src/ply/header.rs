@@ -106,10 +106,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, ParseError> {
             [b"element", name, count] => reader.element(name, count)?,
             [b"property", rest @ ..] => reader.property(rest)?,
             [b"end_header"] => return reader.finish(),
-            [other, ..] => {
-                let problem = format!("`{}` does not begin a valid header line", text::quoted(other));
-                return Err(reader.malformed(problem));
+            [b"element" | b"format", ..] => {
+                return Err(reader.malformed("an element needs a name and a count, a format its name".into()));
             }
+            // Old versions of Blender write a line of their own without `comment` before it.
+            _ => {}
         }
     }
 }

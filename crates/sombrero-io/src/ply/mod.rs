@@ -82,7 +82,8 @@ impl Layout {
             Encoding::LittleEndian => vertices::normals(Binary::<false>::new(source, 0), element, rows),
             Encoding::BigEndian => vertices::normals(Binary::<true>::new(source, 0), element, rows),
         };
-        Some(Stored { values: stored?, corners: triangles.to_vec(), slots: Vec::new() })
+        let text = *encoding == Encoding::Ascii;
+        Some(Stored { values: stored?, corners: triangles.to_vec(), slots: Vec::new(), text })
     }
 }
 
@@ -122,6 +123,9 @@ fn read<'a, B: Body<'a>>(
         }
     }
     let attributes = names::attributes(&header);
+    let fixed = vertices::is_fixed(header.vertex());
+    let fixed =
+        fixed.then(|| "Positions are stored as whole numbers and cannot move; store them as floats.".into());
     let Header { encoding, mut elements, vertex, .. } = header;
     let element = elements.swap_remove(vertex);
     Ok(Parsed {
@@ -129,6 +133,7 @@ fn read<'a, B: Body<'a>>(
         soup: Soup::new(points, triangles),
         attributes,
         layout: document::Layout::Ply(Layout { encoding, element, rows }),
+        fixed,
         ..Parsed::default()
     })
 }

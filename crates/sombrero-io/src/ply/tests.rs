@@ -217,7 +217,7 @@ fn list_lengths_must_be_counts() {
 fn headers_that_break_the_rules_are_explained() {
     let vertex = format!("element vertex 1\n{XYZ}");
     for (header, expected) in [
-        ("nonsense here\n".into(), malformed(3, "`nonsense` does not begin a valid header line")),
+        ("element vertex\n".into(), malformed(3, "an element needs a name and a count, a format its name")),
         ("element vertex many\n".into(), malformed(3, "`many` is no count of elements")),
         ("property float x\n".into(), malformed(3, "a property stands before the first element")),
         ("element vertex 1\nproperty\n".into(), malformed(4, "a property needs a type and a name")),
@@ -286,4 +286,21 @@ fn a_file_that_was_cut_off_says_where() {
 #[test]
 fn a_file_without_vertices_is_no_mesh() {
     assert_eq!(parse_error(ascii(&format!("element vertex 0\n{XYZ}"), ""), "ply"), ParseError::NoVertices);
+}
+
+#[test]
+fn a_header_line_of_a_programs_own_is_passed_over() {
+    // Blender 2.47 writes `Created by Blender3D ...` without `comment`.
+    let text = ascii(&format!("Created by Blender3D 247\nelement vertex 1\n{XYZ}"), "1 2 3\n");
+    let document = read(&text, "ply");
+    assert_eq!(document.points(), [Point3::new(1.0, 2.0, 3.0)]);
+    let (bytes, _) = moved(&document);
+    assert!(String::from_utf8(bytes).unwrap().contains("\nCreated by Blender3D 247\n"));
+}
+
+#[test]
+fn whole_numbers_say_that_they_cannot_move() {
+    let header = format!("element vertex 1\n{}", XYZ.replace("float", "int"));
+    assert!(read(ascii(&header, "1 2 3\n"), "ply").fixed().is_some_and(|why| why.contains("whole numbers")));
+    assert_eq!(read(ascii(&format!("element vertex 1\n{XYZ}"), "1 2 3\n"), "ply").fixed(), None);
 }

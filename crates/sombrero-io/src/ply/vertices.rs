@@ -25,6 +25,11 @@ fn axis(axes: Axes, property: &Property) -> Option<(usize, Scalar)> {
     }
 }
 
+/// Whether positions are of a type that cannot take others.
+pub(super) fn is_fixed(element: &Element) -> bool {
+    element.properties.iter().filter_map(|p| axis(AXES, p)).any(|(_, scalar)| !scalar.is_float())
+}
+
 /// Where the rows begin.
 #[derive(Debug, Clone)]
 pub(super) enum Rows {

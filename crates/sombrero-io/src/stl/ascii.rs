@@ -107,8 +107,22 @@ impl<'a> Reader<'a> {
         self.expect("loop")?;
         let corners = [self.corner()?, self.corner()?, self.corner()?];
         self.expect("endloop")?;
+        self.skip_unless(&["endfacet"]);
         self.expect("endfacet")?;
+        self.skip_unless(&["facet", "endsolid"]);
         Ok(Facet { normal, corners })
+    }
+
+    /// Passes over the rest of the line unless one of these words comes next: some programs write more behind a
+    /// keyword.
+    fn skip_unless(&mut self, keywords: &[&str]) {
+        let before = self.words.at();
+        let fits =
+            self.words.word().is_none_or(|word| keywords.iter().any(|keyword| self.is(&word, keyword)));
+        self.words = Words::new(self.bytes, before);
+        if !fits {
+            self.words.skip_line();
+        }
     }
 
     fn corner(&mut self) -> Result<[Range<usize>; 3], ParseError> {
@@ -305,5 +319,19 @@ mod tests {
     #[test]
     fn an_empty_solid_is_no_mesh() {
         assert_eq!(parse_error(file(0), "stl"), ParseError::NoVertices);
+    }
+
+    #[test]
+    fn words_behind_keywords_are_passed_over() {
+        let text = format!("solid a\n{FACET}endsolid a\n")
+            .replace("endloop\n", "endloop of many\n")
+            .replace("endfacet\n", "endfacet facet 1 of 1\n");
+        let text = text.replacen("endfacet facet 1 of 1\n", "endfacet number 1\n", 1);
+        let document = read(&text, "stl");
+        assert_eq!(document.triangles().len(), 1);
+        let mut points = document.points().to_vec();
+        points[1].x = 2.0;
+        let bytes = String::from_utf8(document.with_points(&points).unwrap()).unwrap();
+        assert!(bytes.contains("endloop of many\nendfacet number 1\nendsolid a\n"), "{bytes}");
     }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::Point3;
 
 use super::archive::Budget;
-use super::package::{Package, secure};
+use super::package::Package;
 use super::xml::{CORE, Step, Tag, Xml};
 use crate::attributes::Attributes;
 use crate::error::ParseError;
@@ -14,7 +14,14 @@ use crate::input::Limits;
 use crate::text;
 
 const PRODUCTION: &str = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06";
-const SECURE: &str = "http://schemas.microsoft.com/3dmanufacturing/securecontent/";
+
+/// As much of a namespace as a note can take: they differ at their ends.
+fn end_of(namespace: &str) -> String {
+    let (length, longest) = (namespace.chars().count(), 36);
+    let end: String = namespace.chars().skip(length.saturating_sub(longest)).collect();
+    let shown = text::quoted(end.as_bytes());
+    if length > longest { format!("…{shown}") } else { shown }
+}
 
 /// Extensions that say nothing about where vertices are.
 const HARMLESS: [&str; 6] = [
@@ -213,11 +220,8 @@ impl<'x> Reader<'_, '_, '_, 'x> {
 
     fn require(&mut self, prefix: &str) -> Result<(), ParseError> {
         let namespace = self.xml.namespace(prefix);
-        if namespace.starts_with(SECURE) {
-            return Err(secure("3MF Secure Content (encrypted parts)".into()));
-        }
         if !HARMLESS.contains(&namespace) {
-            let name = text::quoted(if namespace.is_empty() { prefix } else { namespace }.as_bytes());
+            let name = end_of(if namespace.is_empty() { prefix } else { namespace });
             let note = format!("the model requires the extension `{name}`, which is kept as it is");
             if !self.findings.notes.contains(&note) {
                 self.findings.notes.push(note);

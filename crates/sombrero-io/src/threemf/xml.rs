@@ -16,6 +16,9 @@ use crate::text;
 /// The namespace of the core specification.
 pub(super) const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
 
+/// The same, and that of its first edition.
+const CORES: [&str; 2] = [CORE, "http://schemas.microsoft.com/3dmanufacturing/2013/01"];
+
 /// Most namespaces that may be declared at one place. Files have fewer than twenty, and each tag looks through
 /// all of them.
 const MOST_NAMESPACES: usize = 100;
@@ -148,7 +151,12 @@ impl<'a> Xml<'a> {
                 return Err(self.malformed(tag.at, problem));
             }
             let uri = tag.body.get(value).unwrap_or_default().trim();
-            self.namespaces.push(Namespace { depth: self.depth + 1, prefix, uri, core: uri == CORE });
+            self.namespaces.push(Namespace {
+                depth: self.depth + 1,
+                prefix,
+                uri,
+                core: CORES.contains(&uri),
+            });
         }
         Ok(())
     }
