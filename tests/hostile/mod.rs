@@ -148,6 +148,11 @@ pub fn input(target: Target, seeds: &[Vec<u8>], index: u64) -> Vec<u8> {
     }
 }
 
+/// A 3MF with these bytes for its model.
+pub fn archived(model: &[u8]) -> Vec<u8> {
+    seeds::archive(model)
+}
+
 fn two<'a, T>(all: &'a [T], rng: &mut ChaCha8Rng) -> [&'a T; 2] {
     std::array::from_fn(|_| &all[rng.random_range(0..all.len())])
 }

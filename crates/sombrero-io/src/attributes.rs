@@ -1,4 +1,4 @@
-//! The names of what a file holds beside positions and faces.
+//! The names of what a file holds beside positions and faces, and other words to be said once.
 
 use std::collections::HashSet;
 

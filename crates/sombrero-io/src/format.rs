@@ -147,6 +147,10 @@ impl Family {
     /// they say nothing.
     pub(crate) fn of(bytes: &[u8], extension: Option<&str>) -> Option<Self> {
         let named = extension.and_then(Format::from_extension).map(Self::of_format);
+        let magic = || [Self::Gltf, Self::ThreeMf, Self::Ply].iter().any(|family| family.fits(bytes));
+        if named == Some(Self::Stl) && stl::may_be_binary(bytes) && !magic() {
+            return named;
+        }
         // Binary STL first: its free header may begin like any other format, but only its length fits exactly.
         let all = [Self::Stl, Self::Gltf, Self::ThreeMf, Self::Ply, Self::Off, Self::Obj];
         named.into_iter().chain(all).find(|family| family.fits(bytes)).or(named)
@@ -155,7 +159,7 @@ impl Family {
     /// Whether the bytes begin, or are as long, as this format would have it.
     fn fits(self, bytes: &[u8]) -> bool {
         match self {
-            Self::Stl => stl::has_binary_length(bytes) || stl::is_ascii(bytes),
+            Self::Stl => stl::is_binary(bytes) || stl::is_ascii(bytes),
             Self::Gltf => gltf::is_gltf(bytes),
             Self::ThreeMf => threemf::is_zip(bytes),
             Self::Ply => ply::is_ply(bytes),
@@ -180,10 +184,25 @@ mod tests {
     #[test]
     fn a_text_as_long_as_a_binary_stl_is_what_its_name_says() {
         // Found by mutation: 84 bytes of which the last four are zero are an STL without facets, too.
-        let text = format!("{:80}\0\0\0\0", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").into_bytes();
+        let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let text = format!("{vertices:80}\0\0\0\0").into_bytes();
+        for extension in [Some("obj"), Some("stl"), None] {
+            assert_eq!(Family::of(&text, extension), Some(Family::Obj));
+        }
+        let text = format!("{vertices:80}\u{1}\0\0\0{:50}", "").into_bytes();
         assert_eq!(Family::of(&text, Some("obj")), Some(Family::Obj));
         assert_eq!(Family::of(&text, Some("stl")), Some(Family::Stl));
         assert_eq!(Family::of(&text, None), Some(Family::Stl));
+    }
+
+    #[test]
+    fn a_binary_stl_with_more_behind_it_and_words_in_its_header_is_what_its_name_says() {
+        // Found by fuzzing: a header may begin like any text.
+        for header in ["v 1 2 3", "# made by hand", "OFF", "solid a\nfacet"] {
+            let mut bytes = format!("{header:80}\u{1}\0\0\0").into_bytes();
+            bytes.extend([0; 60]);
+            assert_eq!(Family::of(&bytes, Some("stl")), Some(Family::Stl), "{header}");
+        }
     }
 
     #[test]

@@ -96,12 +96,10 @@ impl<'a> Lines<'a> {
 
     /// Goes to the beginning of the next line; `false` when there is none.
     pub(crate) fn next_line(&mut self) -> bool {
-        // A comment ends with its line even if it ends with a backslash, as Windows paths in comments may.
-        let comment = self.bytes.get(self.at) == Some(&b'#');
         while let Some(step) = memchr::memchr2(b'\n', b'\r', self.bytes.get(self.at..).unwrap_or_default()) {
             let end = self.at + step;
-            let joined =
-                !comment && self.joining == Joining::Backslash && step > 0 && self.bytes[end - 1] == b'\\';
+            let line = &self.bytes[self.at..end];
+            let joined = self.joining == Joining::Backslash && line.ends_with(b"\\") && !has_comment(line);
             let pair = self.bytes[end..].starts_with(b"\r\n");
             self.at = end + if pair { 2 } else { 1 };
             if !joined {
@@ -145,6 +143,12 @@ impl<'a> Lines<'a> {
             _ => 0,
         }
     }
+}
+
+/// Whether a comment begins in what is left of a line: at its front or behind a blank. A comment ends with its line
+/// even if it ends with a backslash, as Windows paths in comments may.
+fn has_comment(line: &[u8]) -> bool {
+    memchr::memchr_iter(b'#', line).any(|i| i.checked_sub(1).is_none_or(|before| is_blank(line[before])))
 }
 
 /// A walk over words that takes line ends for spaces.
@@ -334,6 +338,15 @@ mod tests {
     #[test]
     fn a_comment_ends_with_its_line() {
         assert_eq!(words_by_line(b"a # C:\\\nb#c", Joining::Backslash), [vec!["a"], vec!["b#c"]]);
+    }
+
+    #[test]
+    fn a_comment_behind_words_that_nobody_reads_ends_with_its_line() {
+        let text = b"g a # C:\\\nv 1";
+        let mut lines = Lines::new(text, 0, Joining::Backslash);
+        assert_eq!(lines.word().map(|w| &text[w]), Some(&b"g"[..]));
+        assert!(lines.next_line());
+        assert_eq!(lines.word().map(|w| &text[w]), Some(&b"v"[..]));
     }
 
     #[test]

@@ -90,6 +90,13 @@ pub enum Mismatch {
     Basis,
 }
 
+/// What tells whether the rest can be read. All else is passed over without being kept.
+#[derive(Deserialize)]
+struct Head {
+    format: Option<String>,
+    version: Option<u64>,
+}
+
 /// The file, field by field.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -143,12 +150,11 @@ impl Key {
     /// [`KeyError`] when it is not one, or is damaged.
     pub fn from_json(bytes: &[u8]) -> Result<Self, KeyError> {
         let syntax = |e: serde_json::Error| KeyError::Syntax { detail: e.to_string() };
-        let header: serde_json::Value = serde_json::from_slice(bytes).map_err(syntax)?;
-        let field = |name: &str| header.get(name);
-        if field("format").and_then(|f| f.as_str()) != Some(FORMAT) {
+        let head: Head = serde_json::from_slice(bytes).map_err(syntax)?;
+        if head.format.as_deref() != Some(FORMAT) {
             return Err(KeyError::Syntax { detail: format!("the field `format` is not \"{FORMAT}\"") });
         }
-        let version = field("version").and_then(serde_json::Value::as_u64).unwrap_or(0);
+        let version = head.version.unwrap_or(0);
         if version != u64::from(VERSION) {
             return Err(KeyError::Version { found: u32::try_from(version).unwrap_or(u32::MAX) });
         }

@@ -30,11 +30,6 @@ pub(crate) fn is_ascii(bytes: &[u8]) -> bool {
     })
 }
 
-/// Whether the first bytes hold a zero, as the count of a binary file always does.
-pub(super) fn has_nul(bytes: &[u8]) -> bool {
-    memchr::memchr(0, &bytes[..bytes.len().min(84)]).is_some()
-}
-
 /// Where the coordinates stand.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {

@@ -21,8 +21,19 @@ fn claimed(bytes: &[u8]) -> Option<u32> {
 }
 
 /// Whether the file is exactly as long as a binary STL with its count of facets.
-pub(crate) fn has_exact_length(bytes: &[u8]) -> bool {
+pub(super) fn has_exact_length(bytes: &[u8]) -> bool {
     claimed(bytes).is_some_and(|n| bytes.len() as u64 == PREFIX as u64 + RECORD as u64 * u64::from(n))
+}
+
+/// Whether the file is a binary STL by its length. One without facets says nothing: a text may be as long.
+pub(crate) fn is_binary(bytes: &[u8]) -> bool {
+    claimed(bytes) != Some(0) && has_exact_length(bytes)
+}
+
+/// Whether a file that is called STL may be a binary one with more behind its facets.
+pub(crate) fn may_be_binary(bytes: &[u8]) -> bool {
+    let holds = |n| bytes.len() as u64 >= PREFIX as u64 + RECORD as u64 * u64::from(n);
+    super::has_nul(bytes) && claimed(bytes).is_some_and(|n| n > 0 && holds(n))
 }
 
 /// Reads the whole file; bytes behind the last facet are passed over.

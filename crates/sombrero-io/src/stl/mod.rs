@@ -14,7 +14,7 @@ use crate::error::{ParseError, WriteError};
 use crate::input::Limits;
 
 pub(crate) use ascii::{encode as encode_ascii, is_ascii};
-pub(crate) use binary::{encode as encode_binary, has_exact_length as has_binary_length};
+pub(crate) use binary::{encode as encode_binary, is_binary, may_be_binary};
 
 /// Where the facets stand.
 #[derive(Debug, Clone)]
@@ -40,12 +40,18 @@ impl Layout {
 
 /// Reads the whole file.
 pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
-    // Many binary headers begin with `solid` too: only the length tells.
-    if !binary::has_exact_length(bytes) && (ascii::is_ascii(bytes) || !ascii::has_nul(bytes)) {
+    // Many binary headers begin with `solid` too: only the length tells, or a zero in the count. Neither changes when
+    // positions do.
+    if !binary::has_exact_length(bytes) && !has_nul(bytes) {
         ascii::parse(bytes, limits)
     } else {
         binary::parse(bytes, limits)
     }
+}
+
+/// Whether the first bytes hold a zero, as the count of a binary file always does.
+fn has_nul(bytes: &[u8]) -> bool {
+    memchr::memchr(0, &bytes[..bytes.len().min(84)]).is_some()
 }
 
 /// One triangle for each three points.

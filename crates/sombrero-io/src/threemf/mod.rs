@@ -59,7 +59,7 @@ pub(crate) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     let parts = model::read(&package, entry, &mut budget, limits, &mut findings)?;
     package.note(&mut findings.attributes);
     if signed {
-        findings.notes.push("the digital signature no longer holds once positions change".into());
+        findings.notes.note("the digital signature no longer holds once positions change");
     }
     let scene = scene::read(&parts).map_err(|trouble| located(&package, &parts, trouble))?;
     Ok(assemble(parts, scene, findings))
@@ -75,7 +75,8 @@ fn located(package: &Package<'_>, parts: &[Part], trouble: Trouble) -> ParseErro
 
 /// Puts the meshes together that can be shown and moved.
 fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
-    let Findings { attributes, mut notes } = findings;
+    let Findings { attributes, notes } = findings;
+    let mut notes = notes.into_names();
     let (mut soup, mut layout) = (Soup::default(), Layout::default());
     let (mut repeated, mut unusable) = (0_u64, 0);
     let mut placed = scene.placed.into_iter().peekable();

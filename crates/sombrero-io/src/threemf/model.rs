@@ -83,7 +83,7 @@ impl Part {
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     pub(super) attributes: Attributes,
-    pub(super) notes: Vec<String>,
+    pub(super) notes: Attributes,
 }
 
 /// The parts that a model spans, in the order of mention.
@@ -213,21 +213,18 @@ impl<'x> Reader<'_, '_, '_, 'x> {
             self.findings.attributes.note(&format!("unit {}", text::quoted(unit.as_bytes())));
         }
         for prefix in self.xml.maybe(tag, required)?.unwrap_or_default().split_ascii_whitespace() {
-            self.require(prefix)?;
+            self.require(prefix);
         }
         Ok(Node::Model)
     }
 
-    fn require(&mut self, prefix: &str) -> Result<(), ParseError> {
+    fn require(&mut self, prefix: &str) {
         let namespace = self.xml.namespace(prefix);
         if !HARMLESS.contains(&namespace) {
             let name = end_of(if namespace.is_empty() { prefix } else { namespace });
             let note = format!("the model requires the extension `{name}`, which is kept as it is");
-            if !self.findings.notes.contains(&note) {
-                self.findings.notes.push(note);
-            }
+            self.findings.notes.note(&note);
         }
-        Ok(())
     }
 
     /// Takes in an element and tells what it is.
