@@ -12,7 +12,9 @@ use crate::crop::compacted;
 use nalgebra::{Matrix3, Point3, Vector3};
 use sombrero_mesh::geometry::area_vector;
 use sombrero_mesh::{BoundingBox, EdgeId, HalfedgeId, Mesh, Soup, VertexId, repair};
-use sombrero_progressive::{Quadric, Queue, vertex_quadrics};
+use sombrero_progressive::{Quadric, vertex_quadrics};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// λ: how strongly an undetermined optimum is drawn to the midpoint.
 const TOWARDS_MIDPOINT: f64 = 1e-4;
@@ -39,15 +41,25 @@ struct Run {
     mesh: Mesh,
     points: Vec<Point3<f64>>,
     quadrics: Vec<Quadric>,
-    /// Edges by the cost of their collapse.
-    queue: Queue,
+    queue: BinaryHeap<Reverse<Candidate>>,
+    /// Raised whenever a vertex moves: older entries of the queue are void.
+    version: Vec<u32>,
+}
+
+/// An edge to collapse; ordered by cost, then by index.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Candidate {
+    /// Bits of a non-negative number, which order as the numbers do.
+    cost: u64,
+    edge: EdgeId,
+    versions: [u32; 2],
 }
 
 impl Run {
     fn new(mesh: Mesh, points: Vec<Point3<f64>>) -> Self {
         let quadrics = vertex_quadrics(&mesh, &points);
-        let queue = Queue::new(mesh.halfedge_bound() / 2);
-        let mut run = Self { mesh, points, quadrics, queue };
+        let version = vec![0; mesh.vertex_bound()];
+        let mut run = Self { mesh, points, quadrics, queue: BinaryHeap::new(), version };
         let edges: Vec<EdgeId> = run.mesh.edges().collect();
         edges.into_iter().for_each(|e| run.enqueue(e));
         run
@@ -55,13 +67,24 @@ impl Run {
 
     fn until(&mut self, target: usize) {
         while self.mesh.face_count() > target
-            && let Some(edge) = self.queue.pop()
+            && let Some(Reverse(candidate)) = self.queue.pop()
         {
-            let h = EdgeId::new(edge).halfedge();
-            if self.mesh.check_collapse(h).is_ok() {
+            let h = candidate.edge.halfedge();
+            if self.is_current(&candidate) {
                 self.collapse(self.inwards(h));
             }
         }
+    }
+
+    /// An edge that is still there and whose ends have not moved since it was queued.
+    fn is_current(&self, candidate: &Candidate) -> bool {
+        let h = candidate.edge.halfedge();
+        let gone = self.mesh.check_collapse(h).is_err();
+        !gone && candidate.versions == self.versions(h)
+    }
+
+    fn versions(&self, h: HalfedgeId) -> [u32; 2] {
+        [self.mesh.tail(h), self.mesh.tip(h)].map(|v| self.version[v.index()])
     }
 
     /// The direction in which a boundary vertex stays.
@@ -79,6 +102,7 @@ impl Run {
         let swallowed = self.quadrics[u.index()];
         self.quadrics[v.index()] += swallowed;
         self.points[v.index()] = place;
+        self.version[v.index()] += 1;
         let edges: Vec<EdgeId> = self.mesh.outgoing_halfedges(v).map(HalfedgeId::edge).collect();
         edges.into_iter().for_each(|e| self.enqueue(e));
     }
@@ -86,7 +110,8 @@ impl Run {
     fn enqueue(&mut self, edge: EdgeId) {
         let h = edge.halfedge();
         let (_, cost) = self.optimum(self.mesh.tail(h), self.mesh.tip(h));
-        self.queue.set(edge.index(), cost);
+        let versions = self.versions(h);
+        self.queue.push(Reverse(Candidate { cost: cost.max(0.0).to_bits(), edge, versions }));
     }
 
     /// Where the merged vertex goes, and its error there.
