@@ -91,7 +91,7 @@ pub enum Mismatch {
 }
 
 /// What tells whether the rest can be read. All else is passed over without being kept.
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 struct Head {
     format: Option<String>,
     version: Option<u64>,
@@ -150,7 +150,12 @@ impl Key {
     /// [`KeyError`] when it is not one, or is damaged.
     pub fn from_json(bytes: &[u8]) -> Result<Self, KeyError> {
         let syntax = |e: serde_json::Error| KeyError::Syntax { detail: e.to_string() };
-        let head: Head = serde_json::from_slice(bytes).map_err(syntax)?;
+        let head = match serde_json::from_slice::<Head>(bytes) {
+            Ok(head) => head,
+            // Other JSON, a list say.
+            Err(e) if e.is_data() && !bytes.trim_ascii_start().starts_with(b"{") => Head::default(),
+            Err(e) => return Err(syntax(e)),
+        };
         if head.format.as_deref() != Some(FORMAT) {
             return Err(KeyError::Syntax { detail: format!("the field `format` is not \"{FORMAT}\"") });
         }
