@@ -7,23 +7,16 @@
 
 use crate::support::{Marks, NOWHERE, Support};
 use nalgebra::Point3;
-use petgraph::algo::dijkstra;
-use petgraph::csr::Csr;
 use sombrero_mesh::Mesh;
+use sombrero_progressive::Queue;
 
 /// r at each interior vertex of `support`, in its order. `points` are those of the full mesh.
 pub fn radii(mesh: &Mesh, points: &[Point3<f64>], support: &Support, marks: &mut Marks) -> Vec<f64> {
-    let graph = inward_graph(mesh, points, support, marks);
+    let graph = Graph::new(mesh, points, support, marks);
     let inside = support.interior.len();
-    let outside = (inside + support.boundary.len()) as u32;
-    let distances = |from: u32| {
-        let found = dijkstra(&graph, from, None, |edge| *edge.weight());
-        (0..inside as u32).map(move |i| found.get(&i).copied().unwrap_or(f64::INFINITY))
-    };
-    distances(0)
-        .zip(distances(outside))
-        .map(|(to_centre, to_boundary)| ratio(to_centre, to_boundary))
-        .collect()
+    let to_centre = graph.distances(inside, 0..1);
+    let to_boundary = graph.distances(inside, inside..inside + support.boundary.len());
+    to_centre.into_iter().zip(to_boundary).map(|(centre, boundary)| ratio(centre, boundary)).collect()
 }
 
 fn ratio(to_centre: f64, to_boundary: f64) -> f64 {
@@ -37,32 +30,100 @@ fn ratio(to_centre: f64, to_boundary: f64) -> f64 {
     }
 }
 
-/// Edges between interior vertices (both ways) and from the boundary inwards, weighted by length, with one
-/// more node that is joined to all of the boundary at no cost: petgraph's search takes a single source.
-fn inward_graph(mesh: &Mesh, points: &[Point3<f64>], support: &Support, marks: &mut Marks) -> Csr<(), f64> {
-    let Support { interior, boundary } = support;
-    let all = || interior.iter().chain(boundary);
-    for (i, v) in (0u32..).zip(all()) {
-        marks.place[v.index()] = i;
-    }
-    let inside = interior.len() as u32;
-    let mut edges: Vec<(u32, u32, f64)> = Vec::with_capacity(7 * interior.len());
-    for (i, &v) in (0u32..).zip(all()) {
-        let begin = edges.len();
-        for w in mesh.vertices_around_vertex(v) {
-            let j = marks.place[w.index()];
-            if j != NOWHERE && j < inside {
-                edges.push((i, j, (points[w.index()] - points[v.index()]).norm()));
+/// The edges that lead to interior vertices, from others of them and from the boundary, with their lengths. Vertices
+/// have the numbers of their places in the support, interior first: a support may be a small part of a large mesh.
+struct Graph {
+    /// Where the edges of each vertex begin, and where those of the last end.
+    starts: Vec<usize>,
+    edges: Vec<(u32, f64)>,
+}
+
+impl Graph {
+    fn new(mesh: &Mesh, points: &[Point3<f64>], support: &Support, marks: &mut Marks) -> Self {
+        let Support { interior, boundary } = support;
+        let all = || interior.iter().chain(boundary);
+        for (i, v) in (0u32..).zip(interior) {
+            marks.place[v.index()] = i;
+        }
+        let mut starts = Vec::with_capacity(interior.len() + boundary.len() + 1);
+        let mut edges = Vec::with_capacity(7 * interior.len());
+        for &v in all() {
+            starts.push(edges.len());
+            for w in mesh.vertices_around_vertex(v) {
+                let place = marks.place[w.index()];
+                if place != NOWHERE {
+                    edges.push((place, (points[w.index()] - points[v.index()]).norm()));
+                }
             }
         }
-        edges[begin..].sort_unstable_by_key(|edge| edge.1);
+        starts.push(edges.len());
+        interior.iter().for_each(|v| marks.place[v.index()] = NOWHERE);
+        Self { starts, edges }
     }
-    let hub = inside + boundary.len() as u32;
-    edges.extend((inside..hub).map(|b| (hub, b, 0.0)));
-    all().for_each(|v| marks.place[v.index()] = NOWHERE);
-    let mut graph = Csr::from_sorted_edges(&edges).unwrap_or_default();
-    while graph.node_count() <= hub as usize {
-        graph.add_node(());
+
+    /// The length of the shortest path from any of `sources` to each of the first `inside` vertices.
+    fn distances(&self, inside: usize, sources: std::ops::Range<usize>) -> Vec<f64> {
+        let mut distances = vec![f64::INFINITY; inside];
+        let mut queue = Queue::new(inside);
+        for source in sources {
+            if let Some(own) = distances.get_mut(source) {
+                *own = 0.0;
+            }
+            self.relax(source, 0.0, &mut distances, &mut queue);
+        }
+        while let Some(vertex) = queue.pop() {
+            self.relax(vertex, distances[vertex], &mut distances, &mut queue);
+        }
+        distances
     }
-    graph
+
+    /// Shortens the ways to the neighbours of a vertex at this distance.
+    fn relax(&self, vertex: usize, distance: f64, distances: &mut [f64], queue: &mut Queue) {
+        for &(neighbour, length) in &self.edges[self.starts[vertex]..self.starts[vertex + 1]] {
+            let way = distance + length;
+            let known = &mut distances[neighbour as usize];
+            if way < *known {
+                *known = way;
+                queue.set(neighbour as usize, way);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use petgraph::algo::dijkstra;
+    use petgraph::graph::DiGraph;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn distances_are_those_of_petgraph(
+            edges in prop::collection::vec((0..20_u32, 0..12_u32, 0.0..1.0f64), 0..80), sources in 0..2_usize
+        ) {
+            // Twelve vertices inside, eight on the boundary.
+            let sources = [0..1, 12..20][sources].clone();
+            let mut sorted = edges.clone();
+            sorted.sort_by_key(|edge| edge.0);
+            let graph = Graph {
+                starts: (0..=20).map(|v| sorted.partition_point(|edge| edge.0 < v)).collect(),
+                edges: sorted.iter().map(|&(_, to, length)| (to, length)).collect(),
+            };
+            let mut theirs = DiGraph::<(), f64>::new();
+            let nodes: Vec<_> = (0..21).map(|_| theirs.add_node(())).collect();
+            for &(from, to, length) in &edges {
+                theirs.add_edge(nodes[from as usize], nodes[to as usize], length);
+            }
+            // A search of petgraph has one source: one that is joined to all of ours at no cost.
+            for source in sources.clone() {
+                theirs.add_edge(nodes[20], nodes[source], 0.0);
+            }
+            let expected = dijkstra(&theirs, nodes[20], None, |edge| *edge.weight());
+            for (vertex, distance) in graph.distances(12, sources).into_iter().enumerate() {
+                let expected = expected.get(&nodes[vertex]).copied().unwrap_or(f64::INFINITY);
+                prop_assert_eq!(distance.to_bits(), expected.to_bits());
+            }
+        }
+    }
 }

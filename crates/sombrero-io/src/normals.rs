@@ -14,6 +14,7 @@
 use std::collections::HashMap;
 
 use nalgebra::{Point3, Vector3};
+use petgraph::unionfind::UnionFind;
 
 use crate::text::{self, Joining};
 
@@ -102,14 +103,14 @@ pub(crate) fn turns(
     old: &[Point3<f64>],
     new: &[Point3<f64>],
 ) -> Vec<Turn> {
-    let mut groups = Groups::new(normals.values.len());
+    let mut groups = UnionFind::<u32>::new(normals.values.len());
     let mut seen = HashMap::new();
     let corners = || triangles.iter().zip(&normals.corners).flat_map(|(t, n)| t.iter().zip(n));
     for (&vertex, &normal) in corners().filter(|(_, n)| **n != NONE) {
         let bits = |v: &Vector3<f64>| [v.x, v.y, v.z].map(f64::to_bits);
         let key = (bits(&old[vertex as usize].coords), bits(&normals.values[normal as usize]));
         let first = *seen.entry(key).or_insert(normal);
-        groups.unite(first, normal);
+        groups.union(first, normal);
     }
     let mut areas = vec![[Vector3::zeros(); 2]; normals.values.len()];
     for (triangle, corners) in triangles.iter().zip(&normals.corners) {
@@ -118,44 +119,20 @@ pub(crate) fn turns(
             (b - a).cross(&(c - a))
         });
         for &normal in corners.iter().filter(|n| **n != NONE) {
-            let [a, b] = &mut areas[groups.root(normal) as usize];
+            let [a, b] = &mut areas[groups.find_mut(normal) as usize];
             *a += before;
             *b += after;
         }
     }
     (0..normals.values.len() as u32)
         .map(|n| {
-            let [a, b] = &areas[groups.root(n) as usize];
+            let [a, b] = &areas[groups.find_mut(n) as usize];
             // A normal far from its faces' (of either side) is not theirs.
             let normal = &normals.values[n as usize];
             let theirs = normal.dot(a).abs() > LARGEST * normal.norm() * a.norm();
             if a == b || !theirs { Turn::NONE } else { Turn::between(a, b) }
         })
         .collect()
-}
-
-/// Disjoint sets of normals.
-struct Groups(Vec<u32>);
-
-impl Groups {
-    fn new(count: usize) -> Self {
-        Self((0..count as u32).collect())
-    }
-
-    fn root(&mut self, mut n: u32) -> u32 {
-        while self.0[n as usize] != n {
-            // Halving the path keeps the trees flat.
-            let up = self.0[self.0[n as usize] as usize];
-            self.0[n as usize] = up;
-            n = up;
-        }
-        n
-    }
-
-    fn unite(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
 }
 
 #[cfg(test)]

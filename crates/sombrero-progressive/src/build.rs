@@ -15,6 +15,7 @@
 use crate::quadric::{Quadric, vertex_quadrics};
 use crate::queue::Queue;
 use nalgebra::Point3;
+use rayon::prelude::*;
 use sombrero_mesh::geometry::{area_vector, face_area};
 use sombrero_mesh::{BoundingBox, Collapse, HalfedgeId, Mesh, VertexId};
 use std::cmp::Ordering;
@@ -34,6 +35,9 @@ pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> (Vec<Coll
     (run.collapses, faithful)
 }
 
+/// Vertices that are worth a thread.
+const SHARE: usize = 1024;
+
 struct Run<'a> {
     mesh: &'a mut Mesh,
     vertices: Vec<Vertex>,
@@ -47,6 +51,15 @@ struct Run<'a> {
     collapses: Vec<Collapse>,
     around: Vec<HalfedgeId>,
     ranked: Vec<(f64, HalfedgeId)>,
+}
+
+/// A collapse that is waiting for its turn.
+#[derive(Clone, Copy)]
+struct Candidate {
+    cost: f64,
+    halfedge: HalfedgeId,
+    /// Whether a cheaper one was not allowed.
+    passed_over: bool,
 }
 
 /// All that costs need of a vertex, in two cache lines that are fetched together: a large conversion waits for memory
@@ -84,8 +97,14 @@ impl<'a> Run<'a> {
     fn sweep(&mut self) -> bool {
         let before = self.collapses.len();
         let vertices: Vec<VertexId> = self.mesh.vertices().collect();
-        for v in vertices {
-            self.enqueue(v);
+        // A third of the work, and the part that can be shared: nothing changes yet.
+        let candidates: Vec<Option<Candidate>> = vertices
+            .par_iter()
+            .with_min_len(SHARE)
+            .map_init(Vec::new, |ranked, &v| self.candidate(v, ranked))
+            .collect();
+        for (v, candidate) in vertices.into_iter().zip(candidates) {
+            self.put(v, candidate);
         }
         while let Some(v) = self.queue.pop() {
             let best = self.best[v];
@@ -141,33 +160,43 @@ impl<'a> Run<'a> {
     /// Puts the cheapest allowed collapse of `u` into the queue, if there is one.
     fn enqueue(&mut self, u: VertexId) {
         let mut ranked = std::mem::take(&mut self.ranked);
-        ranked.clear();
-        let on_boundary = self.mesh.is_boundary_vertex(u);
-        ranked.extend(
-            self.mesh
-                .outgoing_halfedges(u)
-                .filter(|h| !on_boundary || self.mesh.is_boundary_edge(h.edge()))
-                .map(|h| (self.cost(u, self.mesh.tip(h)), h)),
-        );
-        let mut passed_over = false;
-        // Mostly the first is allowed. If not, the rest is sorted once, dearest first: with thousands of neighbours
-        // looking for the least again and again would take forever.
-        while let Some(best) = if passed_over { ranked.len().checked_sub(1) } else { cheapest(&ranked) } {
-            let (cost, halfedge) = ranked.swap_remove(best);
-            if self.may_turn(halfedge) && self.mesh.check_collapse(halfedge).is_ok() {
+        let candidate = self.candidate(u, &mut ranked);
+        self.ranked = ranked;
+        self.put(u, candidate);
+    }
+
+    fn put(&mut self, u: VertexId, candidate: Option<Candidate>) {
+        match candidate {
+            Some(Candidate { cost, halfedge, passed_over }) => {
                 self.queue.set(u.index(), cost);
                 self.best[u.index()] = halfedge;
                 self.passed_over[u.index()] = passed_over;
-                self.ranked = ranked;
-                return;
+            }
+            None => self.queue.remove(u.index()),
+        }
+    }
+
+    /// The cheapest allowed collapse of `u`; `ranked` is scratch space.
+    fn candidate(&self, u: VertexId, ranked: &mut Vec<(f64, HalfedgeId)>) -> Option<Candidate> {
+        let on_boundary = self.mesh.is_boundary_vertex(u);
+        let along = |h: &HalfedgeId| !on_boundary || self.mesh.is_boundary_edge(h.edge());
+        let collapses = self.mesh.outgoing_halfedges(u).filter(along);
+        ranked.clear();
+        ranked.extend(collapses.map(|h| (self.cost(u, self.mesh.tip(h)), h)));
+        let mut passed_over = false;
+        // Mostly the first is allowed. If not, the rest is sorted once, dearest first: with thousands of neighbours
+        // looking for the least again and again would take forever.
+        while let Some(best) = if passed_over { ranked.len().checked_sub(1) } else { cheapest(ranked) } {
+            let (cost, halfedge) = ranked.swap_remove(best);
+            if self.may_turn(halfedge) && self.mesh.check_collapse(halfedge).is_ok() {
+                return Some(Candidate { cost, halfedge, passed_over });
             }
             if !passed_over {
                 ranked.sort_unstable_by(|a, b| rank(b, a));
                 passed_over = true;
             }
         }
-        self.queue.remove(u.index());
-        self.ranked = ranked;
+        None
     }
 
     fn cost(&self, u: VertexId, v: VertexId) -> f64 {
