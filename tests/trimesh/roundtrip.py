@@ -134,7 +134,9 @@ def check(binary: str, name: str, path: Path) -> None:
         if beside.suffix in (".mtl", ".png", ".jpg"):
             (copy.parent / beside.name).write_bytes(beside.read_bytes())
     key = path.parent / "model.key"
-    told = run(binary, "embed", path, "-o", copy, "--key", key)
+    secret = path.parent / "secret"
+    secret.write_text("ab" * 32)
+    told = run(binary, "embed", path, "-o", copy, "--key", key, "--secret-file", secret)
     before, after = meshes(path), meshes(copy)
     assert before["geometry"].keys() == after["geometry"].keys(), "geometries have other names"
     assert before["nodes"] == after["nodes"], "the scene has changed"

@@ -23,10 +23,8 @@ mod shading;
 mod tests;
 mod write;
 
-use nalgebra::Point3;
-
-use crate::document::{Parsed, Rewrite, Rewritten};
-use crate::error::{ParseError, Place, WriteError};
+use crate::document::Parsed;
+use crate::error::{ParseError, Place};
 use crate::input::Source;
 
 pub(crate) use container::is_gltf;
@@ -41,19 +39,6 @@ pub(crate) struct Layout {
     blocks: Vec<geometry::Block>,
     bounds: Vec<geometry::Bounds>,
     shading: shading::Shading,
-}
-
-impl Layout {
-    /// The file with new positions; see [`Rewrite`] for the choices.
-    pub(crate) fn rewrite(
-        &self,
-        source: &[u8],
-        parsed: &Parsed,
-        new: &[Point3<f64>],
-        how: &Rewrite,
-    ) -> Result<Rewritten, WriteError> {
-        self.write(source, parsed, new, how)
-    }
 }
 
 /// Reads the whole file.

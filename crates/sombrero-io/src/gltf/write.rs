@@ -11,6 +11,7 @@ use super::geometry::{Block, Bounds};
 use crate::document::{Companion, Parsed, Rewrite, Rewritten};
 use crate::error::WriteError;
 use crate::splice::Splice;
+use crate::text;
 
 /// The stores, as far as they change.
 pub(super) struct Patches<'a> {
@@ -52,8 +53,8 @@ impl<'a> Patches<'a> {
 }
 
 impl Layout {
-    /// `source` with the points at `new`.
-    pub(super) fn write(
+    /// The file with new positions; see [`Rewrite`] for the choices.
+    pub(crate) fn rewrite(
         &self,
         source: &[u8],
         parsed: &Parsed,
@@ -175,8 +176,7 @@ impl Block {
         let [old, new] = [old, new].map(|points| points.get(range.clone()).unwrap_or_default());
         for (element, (old, new)) in old.iter().zip(new).enumerate() {
             let vertex = self.first + element;
-            let bits = |p: &Point3<f64>| [p.x, p.y, p.z].map(f64::to_bits);
-            if bits(old) == bits(new) {
+            if text::same(old, new) {
                 continue;
             }
             let raw = self.spell(vertex, new)?;
