@@ -9,7 +9,7 @@ use sombrero_mesh::Soup;
 use crate::error::{ParseError, ReadError, WriteError};
 use crate::format::{Family, Format};
 use crate::input::{Limits, Source, read_bytes};
-use crate::text::Joining;
+use crate::text::{self, Joining};
 use crate::{gltf, normals, obj, off, ply, stl, threemf};
 
 /// What a reader finds in a file.
@@ -128,8 +128,7 @@ impl Document {
             return Err(ParseError::Empty);
         }
         let family = Family::of(&bytes, extension).ok_or(ParseError::Unrecognised)?;
-        let wide = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
-        if wide && family.is_text() {
+        if family.is_text() && text::has_utf16_mark(&bytes) {
             return Err(ParseError::Unsupported {
                 what: "UTF-16 text".into(),
                 cure: "save the file as UTF-8",

@@ -69,16 +69,16 @@ impl Format {
     ///
     /// Where a format has a binary form, that is the one.
     pub fn from_extension(extension: &str) -> Option<Self> {
-        let known = [
-            ("obj", Self::Obj),
-            ("ply", Self::PlyBinaryLittleEndian),
-            ("off", Self::Off),
-            ("stl", Self::StlBinary),
-            ("gltf", Self::Gltf),
-            ("glb", Self::Glb),
-            ("3mf", Self::ThreeMf),
+        let usual = [
+            Self::Obj,
+            Self::PlyBinaryLittleEndian,
+            Self::Off,
+            Self::StlBinary,
+            Self::Gltf,
+            Self::Glb,
+            Self::ThreeMf,
         ];
-        known.into_iter().find(|(name, _)| extension.eq_ignore_ascii_case(name)).map(|(_, format)| format)
+        usual.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension()))
     }
 }
 

@@ -50,9 +50,9 @@ impl Placement {
         if self.identity { *world } else { Point3::from(self.inverse * (world.coords - self.shift)) }
     }
 
-    /// A direction of the world, as stored points have it. Not for normals, which go by the transpose.
-    pub(crate) fn stored_normal(&self, world: &Vector3<f64>) -> Vector3<f64> {
-        if self.identity { *world } else { self.linear.transpose() * world }
+    /// A: what becomes of directions.
+    pub(crate) fn linear(&self) -> &Matrix3<f64> {
+        &self.linear
     }
 }
 

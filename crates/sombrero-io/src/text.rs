@@ -19,6 +19,11 @@ pub(crate) fn beginning(bytes: &[u8]) -> usize {
     if bytes.starts_with(MARK) { MARK.len() } else { 0 }
 }
 
+/// Whether a byte order mark says that the text is UTF-16.
+pub(crate) fn has_utf16_mark(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
+}
+
 /// The line that holds the byte at `offset`. Lines end with LF, CR LF or a lone CR.
 pub(crate) fn line_at(bytes: &[u8], offset: usize) -> Place {
     let before = bytes.get(..offset).unwrap_or(bytes);

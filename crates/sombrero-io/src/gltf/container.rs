@@ -5,9 +5,9 @@ use std::ops::Range;
 use super::malformed;
 use crate::error::{ParseError, Place};
 use crate::format::Format;
+use crate::text;
 
 const MAGIC: &[u8] = b"glTF";
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Magic, version and length.
 const HEADER: usize = 12;
 /// Length and kind.
@@ -25,7 +25,7 @@ pub(super) struct Container {
 
 /// Whether the bytes begin as GLB or as a JSON object.
 pub(crate) fn is_gltf(bytes: &[u8]) -> bool {
-    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let text = &bytes[text::beginning(bytes)..];
     bytes.starts_with(MAGIC) || is_object(text)
 }
 
@@ -40,7 +40,7 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ParseError> {
     if bytes.starts_with(MAGIC) {
         return open_chunks(bytes);
     }
-    let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    let start = text::beginning(bytes);
     if !is_gltf(bytes) {
         let problem = "neither a GLB, which begins with `glTF`, nor JSON with an object";
         return Err(ParseError::Malformed { place: Place::Line(1), problem: problem.into() });

@@ -6,6 +6,7 @@ use sombrero_mesh::Soup;
 
 use super::buffers::data_uri;
 use super::container;
+use super::write::{NOTHING, widen};
 use crate::error::WriteError;
 use crate::format::Format;
 
@@ -58,14 +59,9 @@ fn json(soup: &Soup, uri: &str) -> String {
 
 /// The smallest and largest coordinates, as they are stored.
 fn bounds(soup: &Soup) -> [[f64; 3]; 2] {
-    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    let [min, max] = &mut bounds;
+    let mut bounds = NOTHING;
     for point in &soup.points {
-        for ((min, max), value) in min.iter_mut().zip(max.iter_mut()).zip(point.iter()) {
-            let stored = f64::from(*value as f32);
-            *min = min.min(stored);
-            *max = max.max(stored);
-        }
+        widen(&mut bounds, [point.x, point.y, point.z].map(|value| f64::from(value as f32)));
     }
     bounds
 }

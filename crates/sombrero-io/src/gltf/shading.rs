@@ -224,18 +224,13 @@ struct Frame {
 impl Frame {
     /// With the world `A x + t`, normals go by the transpose of the inverse of `A`.
     fn of_normals(placement: &Placement) -> Self {
-        let back = transposed(placement);
+        let back = placement.linear().transpose();
         Self { world: back.try_inverse().unwrap_or_else(Matrix3::identity), back }
     }
 
     /// Tangents go by `A`.
     fn of_tangents(placement: &Placement) -> Self {
-        let world = transposed(placement).transpose();
+        let world = *placement.linear();
         Self { world, back: world.try_inverse().unwrap_or_else(Matrix3::identity) }
     }
-}
-
-/// The transpose of `A`.
-fn transposed(placement: &Placement) -> Matrix3<f64> {
-    Matrix3::from_columns(&[Vector3::x(), Vector3::y(), Vector3::z()].map(|e| placement.stored_normal(&e)))
 }

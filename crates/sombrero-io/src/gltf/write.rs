@@ -213,8 +213,7 @@ struct Extremes {
 
 impl Extremes {
     fn of(elements: &Elements, patches: &Patches<'_>) -> Self {
-        let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        let mut found = Self { before: none, after: none };
+        let mut found = Self { before: NOTHING, after: NOTHING };
         for element in 0..elements.count {
             let slot = elements.slot(element);
             let raw = |bytes: &[u8]| slot.map_or([0.0; 3], |(_, offset)| elements.raw(bytes, offset));
@@ -226,7 +225,11 @@ impl Extremes {
     }
 }
 
-fn widen([low, high]: &mut [[f64; 3]; 2], point: [f64; 3]) {
+/// The smallest and largest of no numbers.
+pub(super) const NOTHING: [[f64; 3]; 2] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+
+/// Takes one more point into the smallest and largest coordinates.
+pub(super) fn widen([low, high]: &mut [[f64; 3]; 2], point: [f64; 3]) {
     for ((low, high), value) in low.iter_mut().zip(high).zip(point) {
         *low = low.min(value);
         *high = high.max(value);

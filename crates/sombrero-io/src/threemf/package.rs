@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use percent_encoding::percent_decode;
+
 use super::archive::{Archive, Budget};
 use super::xml::{Step, Xml};
 use crate::attributes::Attributes;
@@ -171,16 +173,8 @@ fn relationships_of(name: &[u8]) -> String {
 
 /// A name as parts are compared: in one case, from the root, with nothing escaped.
 fn normal(name: &[u8]) -> Vec<u8> {
-    let mut out = Vec::with_capacity(name.len());
-    let mut rest = name;
-    while let [first, after @ ..] = rest {
-        let escaped = after.first_chunk::<2>().filter(|_| *first == b'%').and_then(|digits| {
-            u8::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok().filter(|_| digits[0] != b'+')
-        });
-        let byte = if *first == b'\\' { b'/' } else { escaped.unwrap_or(*first) };
-        out.push(byte.to_ascii_lowercase());
-        rest = if escaped.is_some() { after.get(2..).unwrap_or_default() } else { after };
-    }
+    let slashed: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
+    let out: Vec<u8> = percent_decode(&slashed).map(|byte| byte.to_ascii_lowercase()).collect();
     let start = out.strip_prefix(b"./").unwrap_or(&out);
     let leading = start.iter().take_while(|&&byte| byte == b'/').count();
     start.get(leading..).unwrap_or_default().to_vec()

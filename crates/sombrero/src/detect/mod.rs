@@ -250,13 +250,14 @@ impl Prepared {
     /// # Errors
     /// [`DetectError::Key`] or [`DetectError::Basis`] when they do not belong together.
     pub fn new(original: &Document, key: Key) -> Result<Self, DetectError> {
-        key.check_original(&original.content())?;
+        let content = original.content();
+        key.check_original(&content)?;
         let model = Model::new(&original.soup());
         if model.repaired().mesh.face_count() == 0 {
             return Err(DetectError::NoFaces { which: "original" });
         }
         let basis = model.basis(&key.parameters.basis)?;
-        key.check(&original.content(), &basis)?;
+        key.check(&content, &basis)?;
         let triangles = original.triangles().to_vec();
         let (extractor, reference) = (OnceLock::new(), OnceLock::new());
         let original = Arc::new(Original { model, basis, triangles, extractor, reference });
