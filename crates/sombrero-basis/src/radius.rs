@@ -3,19 +3,16 @@
 //!   r(v) = d(v, centre) / (d(v, centre) + d(v, B)),
 //!
 //! 0 at the centre, 1 on and outside the boundary B. Distances are lengths of shortest paths along mesh
-//! edges inside the support, by two searches with Dijkstra's algorithm; all of B is one source.
+//! edges inside the support, by two searches; all of B is one source.
 
-use crate::support::{Marks, NOWHERE, Support};
-use nalgebra::Point3;
-use sombrero_mesh::Mesh;
-use sombrero_progressive::Queue;
+use crate::support::{Edges, Support};
 
-/// r at each interior vertex of `support`, in its order. `points` are those of the full mesh.
-pub fn radii(mesh: &Mesh, points: &[Point3<f64>], support: &Support, marks: &mut Marks) -> Vec<f64> {
-    let graph = Graph::new(mesh, points, support, marks);
-    let inside = support.interior.len();
-    let to_centre = graph.distances(inside, 0..1);
-    let to_boundary = graph.distances(inside, inside..inside + support.boundary.len());
+/// r at each interior vertex of `support`, in its order.
+pub fn radii(support: &Support) -> Vec<f64> {
+    let mut from_centre = vec![f64::INFINITY; support.interior.len()];
+    from_centre[0] = 0.0;
+    let to_centre = support.edges.shortest(from_centre);
+    let to_boundary = support.edges.shortest(support.to_boundary.clone());
     to_centre.into_iter().zip(to_boundary).map(|(centre, boundary)| ratio(centre, boundary)).collect()
 }
 
@@ -30,63 +27,54 @@ fn ratio(to_centre: f64, to_boundary: f64) -> f64 {
     }
 }
 
-/// The edges that lead to interior vertices, from others of them and from the boundary, with their lengths. Vertices
-/// have the numbers of their places in the support, interior first: a support may be a small part of a large mesh.
-struct Graph {
-    /// Where the edges of each vertex begin, and where those of the last end.
-    starts: Vec<usize>,
-    edges: Vec<(u32, f64)>,
-}
+/// No more buckets than this at a time, whatever the lengths.
+const MOST_BUCKETS: f64 = 64.0;
 
-impl Graph {
-    fn new(mesh: &Mesh, points: &[Point3<f64>], support: &Support, marks: &mut Marks) -> Self {
-        let Support { interior, boundary } = support;
-        let all = || interior.iter().chain(boundary);
-        for (i, v) in (0u32..).zip(interior) {
-            marks.place[v.index()] = i;
+impl Edges {
+    /// The length of the shortest path that ends in each vertex, when one of length `ways[v]` is known to begin with.
+    ///
+    /// Dijkstra's algorithm with buckets of about an edge's length in place of a priority queue (Meyer and Sanders
+    /// 2003, Δ-stepping): a way may be followed before it is the shortest and again when it is. The answer is the
+    /// same to the bit, since a longer way never becomes the shorter one by rounding.
+    pub(crate) fn shortest(&self, mut ways: Vec<f64>) -> Vec<f64> {
+        let lengths = || self.all.iter().map(|edge| edge.1);
+        let longest = lengths().chain(ways.iter().copied().filter(|way| way.is_finite())).fold(0.0, f64::max);
+        let mean = lengths().sum::<f64>() / self.all.len().max(1) as f64;
+        let width = mean.max(longest / MOST_BUCKETS);
+        let width = if width > 0.0 { width } else { 1.0 };
+        let bucket = |way: f64| (way / width) as usize;
+        // A way goes on by at most the longest edge, so buckets can be used again in turns.
+        let mut buckets = vec![Vec::new(); bucket(longest) + 3];
+        let turns = buckets.len();
+        for (v, way) in (0u32..).zip(&ways).filter(|(_, way)| way.is_finite()) {
+            buckets[bucket(*way) % turns].push(v);
         }
-        let mut starts = Vec::with_capacity(interior.len() + boundary.len() + 1);
-        let mut edges = Vec::with_capacity(7 * interior.len());
-        for &v in all() {
-            starts.push(edges.len());
-            for w in mesh.vertices_around_vertex(v) {
-                let place = marks.place[w.index()];
-                if place != NOWHERE {
-                    edges.push((place, (points[w.index()] - points[v.index()]).norm()));
+        let mut waiting: usize = buckets.iter().map(Vec::len).sum();
+        let mut turn = 0;
+        while waiting > 0 {
+            while let Some(v) = buckets[turn % turns].pop() {
+                waiting -= 1;
+                let way = ways[v as usize];
+                // Otherwise a shorter way was found since, and was followed from an earlier bucket.
+                if bucket(way) == turn {
+                    for &(w, length) in self.of(v as usize) {
+                        let known = &mut ways[w as usize];
+                        if way + length < *known {
+                            *known = way + length;
+                            buckets[bucket(*known) % turns].push(w);
+                            waiting += 1;
+                        }
+                    }
                 }
             }
+            turn += 1;
         }
-        starts.push(edges.len());
-        interior.iter().for_each(|v| marks.place[v.index()] = NOWHERE);
-        Self { starts, edges }
+        ways
     }
 
-    /// The length of the shortest path from any of `sources` to each of the first `inside` vertices.
-    fn distances(&self, inside: usize, sources: std::ops::Range<usize>) -> Vec<f64> {
-        let mut distances = vec![f64::INFINITY; inside];
-        let mut queue = Queue::new(inside);
-        for source in sources {
-            if let Some(own) = distances.get_mut(source) {
-                *own = 0.0;
-            }
-            self.relax(source, 0.0, &mut distances, &mut queue);
-        }
-        while let Some(vertex) = queue.pop() {
-            self.relax(vertex, distances[vertex], &mut distances, &mut queue);
-        }
-        distances
-    }
-
-    /// Shortens the ways to the neighbours of a vertex at this distance.
-    fn relax(&self, vertex: usize, distance: f64, distances: &mut [f64], queue: &mut Queue) {
-        for &(neighbour, length) in &self.edges[self.starts[vertex]..self.starts[vertex + 1]] {
-            let way = distance + length;
-            let known = &mut distances[neighbour as usize];
-            if way < *known {
-                *known = way;
-                queue.set(neighbour as usize, way);
-            }
-        }
+    fn of(&self, v: usize) -> &[(u32, f64)] {
+        let start = v.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.all[start..self.ends[v]]
     }
 }
 
@@ -97,30 +85,37 @@ mod tests {
     use petgraph::graph::DiGraph;
     use proptest::prelude::*;
 
+    /// Lengths of very different sizes, equal ones and zeros.
+    fn length() -> impl Strategy<Value = f64> {
+        prop_oneof![Just(0.0), Just(0.25), 0.0..1.0, 1e-6..1e-5, 1e3..1e4]
+    }
+
     proptest! {
         #[test]
         fn distances_are_those_of_petgraph(
-            edges in prop::collection::vec((0..20_u32, 0..12_u32, 0.0..1.0f64), 0..80), sources in 0..2_usize
+            edges in prop::collection::vec((0..12_u32, 0..12_u32, length()), 0..80),
+            ways in prop::collection::vec(prop::option::of(length()), 12),
         ) {
-            // Twelve vertices inside, eight on the boundary.
-            let sources = [0..1, 12..20][sources].clone();
             let mut sorted = edges.clone();
             sorted.sort_by_key(|edge| edge.0);
-            let graph = Graph {
-                starts: (0..=20).map(|v| sorted.partition_point(|edge| edge.0 < v)).collect(),
-                edges: sorted.iter().map(|&(_, to, length)| (to, length)).collect(),
+            let ours = Edges {
+                ends: (0..12).map(|v| sorted.partition_point(|edge| edge.0 <= v)).collect(),
+                all: sorted.iter().map(|&(_, to, length)| (to, length)).collect(),
             };
             let mut theirs = DiGraph::<(), f64>::new();
-            let nodes: Vec<_> = (0..21).map(|_| theirs.add_node(())).collect();
+            let nodes: Vec<_> = (0..13).map(|_| theirs.add_node(())).collect();
             for &(from, to, length) in &edges {
                 theirs.add_edge(nodes[from as usize], nodes[to as usize], length);
             }
-            // A search of petgraph has one source: one that is joined to all of ours at no cost.
-            for source in sources.clone() {
-                theirs.add_edge(nodes[20], nodes[source], 0.0);
+            // A search of petgraph has one source: one from which the known ways lead.
+            for (v, way) in ways.iter().enumerate() {
+                if let Some(way) = way {
+                    theirs.add_edge(nodes[12], nodes[v], *way);
+                }
             }
-            let expected = dijkstra(&theirs, nodes[20], None, |edge| *edge.weight());
-            for (vertex, distance) in graph.distances(12, sources).into_iter().enumerate() {
+            let expected = dijkstra(&theirs, nodes[12], None, |edge| *edge.weight());
+            let known = ways.iter().map(|way| way.unwrap_or(f64::INFINITY)).collect();
+            for (vertex, distance) in ours.shortest(known).into_iter().enumerate() {
                 let expected = expected.get(&nodes[vertex]).copied().unwrap_or(f64::INFINITY);
                 prop_assert_eq!(distance.to_bits(), expected.to_bits());
             }

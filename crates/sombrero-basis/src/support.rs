@@ -21,6 +21,7 @@
 //! boundary. This makes a basis function vanish on every vertex that is older than its centre, and that
 //! is what the theorem of completeness and independence rests on (see [`Basis`](crate::Basis)).
 
+use nalgebra::Point3;
 use sombrero_mesh::{HalfedgeId, Mesh, VertexId};
 use sombrero_progressive::ProgressiveMesh;
 
@@ -167,59 +168,88 @@ impl Tracker {
     }
 }
 
-/// The inside and the boundary of a support, on the full mesh.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// The inside and the boundary of a support, on the full mesh, and the edges between them.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Support {
     /// Vertices strictly inside, the centre first, in the order in which a breadth-first search finds them.
     pub interior: Vec<VertexId>,
     /// Vertices next to the inside that bound it: loop vertices, and vertices older than the centre.
     pub boundary: Vec<VertexId>,
+    /// The edges inside, both ways.
+    pub(crate) edges: Edges,
+    /// The shortest edge from each interior vertex to the boundary, infinite where there is none.
+    pub(crate) to_boundary: Vec<f64>,
+}
+
+/// Edges that leave vertices `0..n`, with their lengths.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Edges {
+    /// Where those of each vertex end.
+    pub(crate) ends: Vec<usize>,
+    /// Where each leads, and its length.
+    pub(crate) all: Vec<(u32, f64)>,
 }
 
 /// Scratch space of one entry a vertex, kept between calls to spare the allocation; clear between them.
 #[derive(Debug, Clone)]
 pub struct Marks {
-    seen: Vec<bool>,
-    on_loop: Vec<bool>,
-    /// For each vertex of the support its place (interior first, then boundary), else `NOWHERE`.
-    pub(crate) place: Vec<u32>,
+    /// The place in the interior, or one of the constants below.
+    place: Vec<u32>,
 }
 
-pub(crate) const NOWHERE: u32 = u32::MAX;
+/// Not seen yet, or not part of the support.
+const NOWHERE: u32 = u32::MAX;
+/// Not seen yet, and on the loop.
+const ON_LOOP: u32 = u32::MAX - 1;
+/// Seen, and part of the boundary.
+const BOUNDARY: u32 = u32::MAX - 2;
 
 impl Marks {
     /// For meshes of up to `vertex_bound` vertices.
     pub fn new(vertex_bound: usize) -> Self {
-        let flags = vec![false; vertex_bound];
-        Self { seen: flags.clone(), on_loop: flags, place: vec![NOWHERE; vertex_bound] }
+        Self { place: vec![NOWHERE; vertex_bound] }
     }
 }
 
 impl Support {
-    /// Fills `outline` from its centre. `age[v]` is 0 for base vertices, else one more than the number of
-    /// the split that introduced v.
-    pub fn fill(mesh: &Mesh, age: &[u32], outline: &Outline, marks: &mut Marks) -> Self {
-        let Marks { seen, on_loop, .. } = marks;
-        outline.vertices.iter().for_each(|v| on_loop[v.index()] = true);
+    /// Fills `outline` from its centre. `points` are those of the full mesh; `age[v]` is 0 for base vertices, else
+    /// one more than the number of the split that introduced v.
+    pub fn fill(
+        mesh: &Mesh,
+        points: &[Point3<f64>],
+        age: &[u32],
+        outline: &Outline,
+        marks: &mut Marks,
+    ) -> Self {
+        let place = &mut marks.place;
+        outline.vertices.iter().for_each(|v| place[v.index()] = ON_LOOP);
+        place[outline.centre.index()] = 0;
         let born = age[outline.centre.index()];
-        let mut interior = vec![outline.centre];
-        let mut boundary = Vec::new();
-        seen[outline.centre.index()] = true;
-        let mut done = 0;
-        while let Some(&v) = interior.get(done) {
-            done += 1;
+        let (mut interior, mut boundary) = (vec![outline.centre], Vec::new());
+        let (mut edges, mut to_boundary) = (Edges::default(), Vec::new());
+        while let Some(&v) = interior.get(to_boundary.len()) {
+            let mut shortest = f64::INFINITY;
             for w in mesh.vertices_around_vertex(v) {
-                if std::mem::replace(&mut seen[w.index()], true) {
-                    continue;
+                let (at, length) = (&mut place[w.index()], (points[w.index()] - points[v.index()]).norm());
+                if *at == ON_LOOP || *at == NOWHERE && age[w.index()] < born {
+                    boundary.push(w);
+                    *at = BOUNDARY;
+                } else if *at == NOWHERE {
+                    *at = interior.len() as u32;
+                    interior.push(w);
                 }
-                if on_loop[w.index()] || age[w.index()] < born { &mut boundary } else { &mut interior }
-                    .push(w);
+                if *at == BOUNDARY {
+                    shortest = shortest.min(length);
+                } else {
+                    edges.all.push((*at, length));
+                }
             }
+            edges.ends.push(edges.all.len());
+            to_boundary.push(shortest);
         }
-        for v in interior.iter().chain(&boundary) {
-            seen[v.index()] = false;
+        for v in interior.iter().chain(&boundary).chain(&outline.vertices) {
+            place[v.index()] = NOWHERE;
         }
-        outline.vertices.iter().for_each(|v| on_loop[v.index()] = false);
-        Self { interior, boundary }
+        Self { interior, boundary, edges, to_boundary }
     }
 }

@@ -106,14 +106,14 @@ impl Mesh {
             return Err(CollapseError::Removed { halfedge });
         }
         let (u, v) = (self.tail(h), self.tip(h));
-        let opposite = [h, h.twin()].map(|s| self.face(s).map(|_| self.tip(self.next(s))));
+        let opposite = [h, h.twin()].map(|s| self.face(s).map(|_| self.tail(self.prev(s))));
         let interior_edge = opposite.iter().all(Option::is_some);
         if interior_edge && self.is_boundary_vertex(u) && self.is_boundary_vertex(v) {
             return Err(CollapseError::Boundary { halfedge });
         }
         let lone = |s: HalfedgeId| {
             self.face(s).is_some()
-                && [self.next(s), self.prev(s)].iter().all(|t| self.face(t.twin()).is_none())
+                && [self.prev(s), self.next(s)].iter().all(|t| self.face(t.twin()).is_none())
         };
         let tetrahedron = || interior_edge && self.has_three_faces(u) && self.has_three_faces(v);
         if lone(h) || lone(h.twin()) || tetrahedron() {
@@ -136,6 +136,12 @@ impl Mesh {
     /// unchanged.
     pub fn collapse(&mut self, h: HalfedgeId) -> Result<Collapse, CollapseError> {
         self.check_collapse(h)?;
+        Ok(self.collapse_allowed(h))
+    }
+
+    /// [`collapse`](Self::collapse) without asking again, for a halfedge that [`check_collapse`](Self::check_collapse)
+    /// allows. On any other the mesh may break (never memory safety); [`validate`](Mesh::validate) tells.
+    pub fn collapse_allowed(&mut self, h: HalfedgeId) -> Collapse {
         let g = h.twin();
         let (u, v) = (self.tail(h), self.tip(h));
         let (left, right) = (self.face(h), self.face(g));
@@ -162,7 +168,7 @@ impl Mesh {
         if open {
             self.restart_fan(v);
         }
-        Ok(Collapse { halfedge: h, removed: u, kept: v, kept_outgoing, left_moved, right_moved })
+        Collapse { halfedge: h, removed: u, kept: v, kept_outgoing, left_moved, right_moved }
     }
 
     /// Takes back the latest collapse that has not been taken back: the vertex split.

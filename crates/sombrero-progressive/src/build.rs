@@ -40,48 +40,59 @@ const SHARE: usize = 1024;
 
 struct Run<'a> {
     mesh: &'a mut Mesh,
+    /// Positions, centred and scaled so that the largest side of the bounding box is 1. They are apart from the rest,
+    /// because most looks at a vertex are for its position only, and a large conversion waits for memory.
+    points: Vec<Point3<f64>>,
     vertices: Vec<Vertex>,
-    /// Vertices by the cost of their best collapse.
+    /// Vertices by the cost of their best collapse, or something below it.
     queue: Queue,
-    /// The best collapse of each vertex in the queue.
-    best: Vec<HalfedgeId>,
-    /// Whether a vertex has a cheaper collapse that was not allowed.
-    passed_over: Vec<bool>,
     allow_turns: bool,
     collapses: Vec<Collapse>,
     around: Vec<HalfedgeId>,
     ranked: Vec<(f64, HalfedgeId)>,
 }
 
-/// A collapse that is waiting for its turn.
+/// What is known of a vertex that waits for its turn.
+///
+/// It is enough to know something below the cost of its best collapse, and to look for that when its turn seems to have
+/// come: most candidates would change several times before.
+#[derive(Clone, Copy)]
+enum Waiting {
+    /// It has no collapse that is allowed, or is gone.
+    No,
+    /// Its best collapse costs at least so much.
+    Bound(f64),
+    /// Its best collapse.
+    Best(Candidate),
+}
+
+/// The best collapse of a vertex.
 #[derive(Clone, Copy)]
 struct Candidate {
     cost: f64,
     halfedge: HalfedgeId,
-    /// Whether a cheaper one was not allowed.
-    passed_over: bool,
+    /// What the cheapest one costs, if that was not allowed.
+    passed_over: Option<f64>,
 }
 
-/// All that costs need of a vertex, in two cache lines that are fetched together: a large conversion waits for memory
-/// most of the time.
+/// What is looked at together of a vertex beside its position, in two cache lines.
 #[derive(Clone, Copy)]
 #[repr(align(128))]
 struct Vertex {
-    /// Its position, centred and scaled so that the largest side of the bounding box is 1.
-    point: Point3<f64>,
     /// What it has swallowed.
     quadric: Quadric,
     area: f64,
+    waiting: Waiting,
 }
 
 impl<'a> Run<'a> {
     fn new(mesh: &'a mut Mesh, points: &[Point3<f64>]) -> Self {
         let bound = mesh.vertex_bound();
+        let points = normalized(points);
         Self {
-            vertices: vertices(mesh, &normalized(points)),
+            vertices: vertices(mesh, &points),
+            points,
             queue: Queue::new(bound),
-            best: vec![HalfedgeId::new(0); bound],
-            passed_over: vec![false; bound],
             allow_turns: false,
             collapses: Vec::with_capacity(bound),
             around: Vec::new(),
@@ -97,27 +108,41 @@ impl<'a> Run<'a> {
     fn sweep(&mut self) -> bool {
         let before = self.collapses.len();
         let vertices: Vec<VertexId> = self.mesh.vertices().collect();
-        // A third of the work, and the part that can be shared: nothing changes yet.
-        let candidates: Vec<Option<Candidate>> = vertices
-            .par_iter()
-            .with_min_len(SHARE)
-            .map_init(Vec::new, |ranked, &v| self.candidate(v, ranked))
-            .collect();
-        for (v, candidate) in vertices.into_iter().zip(candidates) {
-            self.put(v, candidate);
+        // The part of the work that can be shared: nothing changes yet.
+        let bounds: Vec<f64> = vertices.par_iter().with_min_len(SHARE).map(|&v| self.least_cost(v)).collect();
+        for (v, bound) in vertices.into_iter().zip(bounds) {
+            self.put(v, Waiting::Bound(bound));
         }
         while let Some(v) = self.queue.pop() {
-            let best = self.best[v];
-            // What is around may have changed since; then look for the next best.
-            match self.may_turn(best).then(|| self.mesh.collapse(best)) {
-                Some(Ok(collapse)) => self.after_collapse(collapse),
-                _ => self.enqueue(VertexId::new(v)),
-            }
+            let waiting = std::mem::replace(&mut self.vertices[v].waiting, Waiting::No);
+            self.turn(VertexId::new(v), waiting);
         }
         self.collapses.len() > before
     }
 
-    fn after_collapse(&mut self, collapse: Collapse) {
+    /// The turn of `v` has come, or seems to.
+    fn turn(&mut self, v: VertexId, waiting: Waiting) {
+        // What is around may have changed since the candidate was found.
+        let still_allowed =
+            |c: &Candidate| self.may_turn(c.halfedge) && self.mesh.check_collapse(c.halfedge).is_ok();
+        let known = match waiting {
+            Waiting::Best(candidate) => Some(candidate).filter(still_allowed),
+            _ => None,
+        };
+        if let Some(Candidate { halfedge, .. }) = known {
+            self.collapse(halfedge);
+        } else if let Some(candidate) = self.candidate(v) {
+            if self.queue.would_be_next(v.index(), candidate.cost) {
+                self.collapse(candidate.halfedge);
+            } else {
+                self.put(v, Waiting::Best(candidate));
+            }
+        }
+    }
+
+    /// Collapses `h`, which is allowed, and sees to the vertices around.
+    fn collapse(&mut self, h: HalfedgeId) {
+        let collapse = self.mesh.collapse_allowed(h);
         let Collapse { removed: gone, kept, .. } = collapse;
         let Vertex { quadric, area, .. } = self.vertices[gone.index()];
         let swallower = &mut self.vertices[kept.index()];
@@ -125,7 +150,7 @@ impl<'a> Run<'a> {
         swallower.area += area;
         self.collapses.push(collapse);
 
-        self.enqueue(kept);
+        self.put(kept, Waiting::Bound(self.least_cost(kept)));
         let mut around = std::mem::take(&mut self.around);
         around.clear();
         around.extend(self.mesh.outgoing_halfedges(kept));
@@ -135,65 +160,74 @@ impl<'a> Run<'a> {
         self.around = around;
     }
 
-    /// The candidate of the tail of `h` after the tip of `h` has swallowed another vertex.
+    /// The tail of `h` after the tip of `h` has swallowed another vertex.
     ///
-    /// Of the tail's collapses only those into the tip have another cost now. So the candidate stays, unless it
-    /// was one of them, `h` is cheaper, or something cheaper was not allowed before and may be now. Whether it is
-    /// still allowed is asked when its turn comes.
+    /// Of the tail's collapses only that along `h` has another cost now. So its candidate stays, unless it was that,
+    /// `h` is cheaper, or something cheaper was not allowed before and may be now. Whether it is still allowed is
+    /// asked when its turn comes.
     fn reconsider(&mut self, h: HalfedgeId) {
         let (u, kept) = (self.mesh.tail(h), self.mesh.tip(h));
-        let best = self.best[u.index()];
-        let stays = self.queue.cost(u.index()).is_some_and(|cost| {
-            self.mesh.tip(best) != kept
-                && !self.passed_over[u.index()]
-                && (cost, best) < (self.cost(u, kept), h)
-        });
-        if !stays {
-            self.enqueue(u);
-        }
+        let cost = self.cost(u, kept);
+        let bound = match self.vertices[u.index()].waiting {
+            Waiting::No => self.least_cost(u),
+            Waiting::Bound(bound) if bound <= cost => return,
+            Waiting::Bound(_) => cost,
+            Waiting::Best(Candidate { passed_over: Some(least), .. }) => cost.min(least),
+            Waiting::Best(best) if self.mesh.tip(best.halfedge) == kept => cost.min(best.cost),
+            Waiting::Best(best) if (best.cost, best.halfedge) < (cost, h) => return,
+            Waiting::Best(_) => cost,
+        };
+        self.put(u, Waiting::Bound(bound));
     }
 
     fn may_turn(&self, h: HalfedgeId) -> bool {
         self.allow_turns || self.keeps_normals(h)
     }
 
-    /// Puts the cheapest allowed collapse of `u` into the queue, if there is one.
-    fn enqueue(&mut self, u: VertexId) {
-        let mut ranked = std::mem::take(&mut self.ranked);
-        let candidate = self.candidate(u, &mut ranked);
-        self.ranked = ranked;
-        self.put(u, candidate);
-    }
-
-    fn put(&mut self, u: VertexId, candidate: Option<Candidate>) {
-        match candidate {
-            Some(Candidate { cost, halfedge, passed_over }) => {
-                self.queue.set(u.index(), cost);
-                self.best[u.index()] = halfedge;
-                self.passed_over[u.index()] = passed_over;
-            }
-            None => self.queue.remove(u.index()),
+    fn put(&mut self, u: VertexId, waiting: Waiting) {
+        self.vertices[u.index()].waiting = waiting;
+        match waiting {
+            Waiting::No => self.queue.remove(u.index()),
+            Waiting::Bound(cost) | Waiting::Best(Candidate { cost, .. }) => self.queue.set(u.index(), cost),
         }
     }
 
-    /// The cheapest allowed collapse of `u`; `ranked` is scratch space.
-    fn candidate(&self, u: VertexId, ranked: &mut Vec<(f64, HalfedgeId)>) -> Option<Candidate> {
+    /// The collapses of `u` that may be allowed: boundary vertices stay on their boundary.
+    fn collapses_of(&self, u: VertexId) -> impl Iterator<Item = HalfedgeId> + '_ {
         let on_boundary = self.mesh.is_boundary_vertex(u);
-        let along = |h: &HalfedgeId| !on_boundary || self.mesh.is_boundary_edge(h.edge());
-        let collapses = self.mesh.outgoing_halfedges(u).filter(along);
+        let along = move |h: &HalfedgeId| !on_boundary || self.mesh.is_boundary_edge(h.edge());
+        self.mesh.outgoing_halfedges(u).filter(along)
+    }
+
+    /// No collapse of `u`, allowed or not, costs less.
+    fn least_cost(&self, u: VertexId) -> f64 {
+        self.collapses_of(u).map(|h| self.cost(u, self.mesh.tip(h))).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The cheapest allowed collapse of `u`.
+    fn candidate(&mut self, u: VertexId) -> Option<Candidate> {
+        let mut ranked = std::mem::take(&mut self.ranked);
         ranked.clear();
-        ranked.extend(collapses.map(|h| (self.cost(u, self.mesh.tip(h)), h)));
-        let mut passed_over = false;
+        ranked.extend(self.collapses_of(u).map(|h| (self.cost(u, self.mesh.tip(h)), h)));
+        let found = self.first_allowed(&mut ranked);
+        self.ranked = ranked;
+        found
+    }
+
+    fn first_allowed(&self, ranked: &mut Vec<(f64, HalfedgeId)>) -> Option<Candidate> {
+        let mut passed_over = None;
         // Mostly the first is allowed. If not, the rest is sorted once, dearest first: with thousands of neighbours
         // looking for the least again and again would take forever.
-        while let Some(best) = if passed_over { ranked.len().checked_sub(1) } else { cheapest(ranked) } {
+        while let Some(best) =
+            if passed_over.is_some() { ranked.len().checked_sub(1) } else { cheapest(ranked) }
+        {
             let (cost, halfedge) = ranked.swap_remove(best);
             if self.may_turn(halfedge) && self.mesh.check_collapse(halfedge).is_ok() {
                 return Some(Candidate { cost, halfedge, passed_over });
             }
-            if !passed_over {
+            if passed_over.is_none() {
                 ranked.sort_unstable_by(|a, b| rank(b, a));
-                passed_over = true;
+                passed_over = Some(cost);
             }
         }
         None
@@ -201,16 +235,18 @@ impl<'a> Run<'a> {
 
     fn cost(&self, u: VertexId, v: VertexId) -> f64 {
         let (from, to) = (&self.vertices[u.index()], &self.vertices[v.index()]);
-        let error = from.quadric.at(&to.point) + to.quadric.at(&to.point);
-        error.max(0.0) + EVENNESS * from.area * (from.point - to.point).norm_squared()
+        let [start, end] = [u, v].map(|v| &self.points[v.index()]);
+        let error = from.quadric.at(end) + to.quadric.at(end);
+        error.max(0.0) + EVENNESS * from.area * (start - end).norm_squared()
     }
 
     /// Whether moving the tail of `h` into its tip turns no face too far.
     fn keeps_normals(&self, h: HalfedgeId) -> bool {
-        let at = |v: VertexId| &self.vertices[v.index()].point;
+        let at = |v: VertexId| &self.points[v.index()];
         let (u, v) = (self.mesh.tail(h), self.mesh.tip(h));
         self.mesh.outgoing_halfedges(u).filter(|&g| self.mesh.face(g).is_some()).all(|g| {
-            let (a, b) = (self.mesh.tip(g), self.mesh.tip(self.mesh.next(g)));
+            // By way of the halfedge before, whose twin is looked at next anyway: memory is what this waits for.
+            let (a, b) = (self.mesh.tip(g), self.mesh.tail(self.mesh.prev(g)));
             if a == v || b == v {
                 return true;
             }
@@ -242,9 +278,9 @@ fn normalized(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
 }
 
 fn vertices(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Vertex> {
-    let quadrics = vertex_quadrics(mesh, points).into_iter().zip(points);
-    let mut vertices: Vec<Vertex> =
-        quadrics.map(|(quadric, &point)| Vertex { point, quadric, area: 0.0 }).collect();
+    let quadrics = vertex_quadrics(mesh, points).into_iter();
+    let new = |quadric| Vertex { quadric, area: 0.0, waiting: Waiting::No };
+    let mut vertices: Vec<Vertex> = quadrics.map(new).collect();
     for f in mesh.faces() {
         let third = face_area(mesh, points, f) / 3.0;
         mesh.vertices_of_face(f).into_iter().for_each(|v| vertices[v.index()].area += third);

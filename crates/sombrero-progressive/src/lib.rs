@@ -7,4 +7,3 @@ mod queue;
 
 pub use progressive::{ProgressiveMesh, VertexSplit};
 pub use quadric::{Quadric, vertex_quadrics};
-pub use queue::Queue;

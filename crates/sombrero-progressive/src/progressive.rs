@@ -97,8 +97,8 @@ impl ProgressiveMesh {
         let level = self.level.checked_sub(1)?;
         let index = self.collapses.len() - 1 - level;
         let halfedge = self.collapses[index].halfedge;
-        self.collapses[index] =
-            self.mesh.collapse(halfedge).expect("a collapse that was undone can be done again");
+        // What was undone can be done again.
+        self.collapses[index] = self.mesh.collapse_allowed(halfedge);
         self.level = level;
         self.split(level)
     }

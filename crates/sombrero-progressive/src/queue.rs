@@ -10,7 +10,7 @@ const CHILDREN: usize = 4;
 
 /// Elements `0..bound` with non-negative costs.
 #[derive(Debug, Clone, Default)]
-pub struct Queue {
+pub(crate) struct Queue {
     /// Bits of the costs, which order as non-negative numbers do, and elements.
     heap: Vec<(u64, u32)>,
     /// Where in `heap` each element is.
@@ -22,7 +22,7 @@ impl Queue {
     ///
     /// # Panics
     /// When elements do not fit 32-bit indices.
-    pub fn new(bound: usize) -> Self {
+    pub(crate) fn new(bound: usize) -> Self {
         assert!(bound < NOWHERE as usize, "elements have 32-bit indices");
         Self { heap: Vec::with_capacity(bound), place: vec![NOWHERE; bound] }
     }
@@ -31,9 +31,8 @@ impl Queue {
     ///
     /// # Panics
     /// When `element` is not below the bound.
-    pub fn set(&mut self, element: usize, cost: f64) {
-        let cost = if cost.is_nan() { f64::INFINITY } else { cost.max(0.0) };
-        let entry = (cost.to_bits(), element as u32);
+    pub(crate) fn set(&mut self, element: usize, cost: f64) {
+        let entry = entry(element, cost);
         let at = self.place[element];
         if at == NOWHERE {
             self.heap.push(entry);
@@ -45,20 +44,16 @@ impl Queue {
         }
     }
 
-    /// The cost of an element that is in.
-    ///
-    /// # Panics
-    /// When `element` is not below the bound.
-    pub fn cost(&self, element: usize) -> Option<f64> {
-        let at = self.place[element];
-        (at != NOWHERE).then(|| f64::from_bits(self.heap[at as usize].0))
+    /// Whether an element of this cost would come next if it were in.
+    pub(crate) fn would_be_next(&self, element: usize, cost: f64) -> bool {
+        self.heap.first().is_none_or(|first| entry(element, cost) < *first)
     }
 
     /// Takes an element out, if it is in.
     ///
     /// # Panics
     /// When `element` is not below the bound.
-    pub fn remove(&mut self, element: usize) {
+    pub(crate) fn remove(&mut self, element: usize) {
         let at = self.place[element];
         if at != NOWHERE {
             self.take(at as usize);
@@ -66,7 +61,7 @@ impl Queue {
     }
 
     /// Takes the cheapest element out.
-    pub fn pop(&mut self) -> Option<usize> {
+    pub(crate) fn pop(&mut self) -> Option<usize> {
         let (_, element) = *self.heap.first()?;
         self.take(0);
         Some(element as usize)
@@ -119,6 +114,12 @@ impl Queue {
         self.heap[at] = entry;
         self.place[entry.1 as usize] = at as u32;
     }
+}
+
+/// As the heap has it: a negative cost counts as zero, no number as infinite.
+fn entry(element: usize, cost: f64) -> (u64, u32) {
+    let cost = if cost.is_nan() { f64::INFINITY } else { cost.max(0.0) };
+    (cost.to_bits(), element as u32)
 }
 
 #[cfg(test)]
