@@ -5,15 +5,16 @@ use crate::nuisance::{Fields, Nuisance};
 use crate::smoothing;
 use crate::system::{Carrier, Solution};
 use nalgebra::{DMatrix, Point3, Vector3};
+use rayon::prelude::*;
 use sombrero_basis::Basis;
 use sombrero_mesh::Soup;
 use sombrero_spatial::Surface;
 use std::collections::BTreeSet;
-use std::sync::OnceLock;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use thiserror::Error;
 
 /// An original that is ready for extraction from any number of suspects.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Extractor {
     pub(crate) original: Soup,
     pub(crate) carrier: Carrier,
@@ -21,8 +22,9 @@ pub struct Extractor {
     pub(crate) side: f64,
     /// Edges with one face, smaller vertex first.
     pub(crate) rims: BTreeSet<[u32; 2]>,
-    /// Prepared when the first suspect asks for it.
-    surface: OnceLock<Surface>,
+    /// The original's surface, as often as suspects were looked at side by side: each deforms one.
+    surfaces: Mutex<Vec<Surface>>,
+    /// Prepared when the first suspect asks for them.
     modes: OnceLock<Vec<Vec<Vector3<f64>>>>,
 }
 
@@ -112,7 +114,7 @@ impl Extractor {
             side,
             rims: rims(&original.triangles),
             original: original.clone(),
-            surface: OnceLock::new(),
+            surfaces: Mutex::default(),
             modes: OnceLock::new(),
         })
     }
@@ -122,8 +124,26 @@ impl Extractor {
         Fields::new(&self.original, nuisance.deformation, if nuisance.smoothing { modes() } else { &[] })
     }
 
-    pub(crate) fn surface(&self) -> &Surface {
-        self.surface.get_or_init(|| Surface::new(&self.original.points, &self.original.triangles))
+    /// A surface in the shape of the original, to be deformed.
+    pub(crate) fn surface(&self) -> Surface {
+        let Soup { points, triangles } = &self.original;
+        match self.idle().pop() {
+            Some(mut surface) => {
+                surface.refit(points);
+                surface
+            }
+            None => Surface::new(points, triangles),
+        }
+    }
+
+    /// For the next suspect: deforming a surface back is several times faster than making one.
+    pub(crate) fn give_back(&self, surface: Surface) {
+        self.idle().push(surface);
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<Surface>> {
+        // Whatever happened to who held the lock, each surface in the list is whole.
+        self.surfaces.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// v + B w + N β.
@@ -131,7 +151,7 @@ impl Extractor {
         let moved = |(v, p): (u32, &Point3<f64>)| {
             p + self.carrier.displacement(v, &solution.w) + fields.displacement(v, solution.beta.as_slice())
         };
-        (0..).zip(&self.original.points).map(moved).collect()
+        (0..self.original.points.len() as u32).into_par_iter().zip(&self.original.points).map(moved).collect()
     }
 }
 

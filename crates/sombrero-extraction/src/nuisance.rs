@@ -66,39 +66,32 @@ impl Deformation {
 }
 
 /// The fields of one nuisance over the vertices of the original.
+///
+/// Their values are computed where they are needed: a few products for each, while all of them would take twenty times
+/// the memory of the mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct Fields<'a> {
     deformation: Deformation,
-    /// How many scalar fields there are.
-    scalars: usize,
-    /// ψ_q at each vertex, vertex by vertex.
-    values: Vec<f64>,
+    original: &'a Soup,
+    frame: Frame,
+    /// Those of the Legendre polynomials in x, y and z, for each scalar field.
+    exponents: Vec<[usize; 3]>,
     /// S_k v - v for each filter.
     modes: &'a [Vec<Vector3<f64>>],
 }
 
-/// Scratch for one point's ψ: the lattice's 64.
-const MOST_SCALARS: usize = 64;
+/// One point's ψ: at most the lattice's 64.
+type Scalars = [f64; 64];
 
 impl<'a> Fields<'a> {
-    pub(crate) fn new(original: &Soup, deformation: Deformation, modes: &'a [Vec<Vector3<f64>>]) -> Self {
-        let exponents = deformation.exponents();
+    pub(crate) fn new(original: &'a Soup, deformation: Deformation, modes: &'a [Vec<Vector3<f64>>]) -> Self {
         let frame = Frame::new(original, deformation == Deformation::Similarity);
-        let at = |p: &Point3<f64>| {
-            let x = frame.unit(p).map(legendre);
-            exponents.iter().map(move |&[i, j, k]| x[0][i] * x[1][j] * x[2][k]).collect::<Vec<f64>>()
-        };
-        Self {
-            deformation,
-            scalars: exponents.len(),
-            values: original.points.iter().flat_map(at).collect(),
-            modes,
-        }
+        Self { deformation, original, frame, exponents: deformation.exponents(), modes }
     }
 
     /// How many columns N has.
     pub(crate) fn columns(&self) -> usize {
-        let smooth = if self.deformation == Deformation::Similarity { 7 } else { 3 * self.scalars };
+        let smooth = if self.deformation == Deformation::Similarity { 7 } else { 3 * self.exponents.len() };
         smooth + self.modes.len()
     }
 
@@ -110,9 +103,9 @@ impl<'a> Fields<'a> {
 
     /// n · N at the point of a face with these weights: one row.
     pub(crate) fn row(&self, corners: [u32; 3], weights: [f64; 3], n: &Vector3<f64>, row: &mut [f64]) {
-        let mut psi = [0.0; MOST_SCALARS];
+        let mut psi: Scalars = [0.0; 64];
         for (&v, weight) in corners.iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
-            for (sum, value) in psi.iter_mut().zip(self.of_vertex(v)) {
+            for (sum, value) in psi.iter_mut().zip(self.at(v)) {
                 *sum += weight * value;
             }
         }
@@ -133,7 +126,7 @@ impl<'a> Fields<'a> {
 
     /// N β at a vertex, in model units.
     pub(crate) fn displacement(&self, vertex: u32, beta: &[f64]) -> Vector3<f64> {
-        let psi = self.of_vertex(vertex);
+        let psi = self.at(vertex);
         let (smooth, modes) = beta.split_at(beta.len() - self.modes.len());
         let shaken: Vector3<f64> = match smooth {
             &[a, b, c, i, j, k, scale] if self.deformation == Deformation::Similarity => {
@@ -142,19 +135,26 @@ impl<'a> Fields<'a> {
             }
             smooth => {
                 let terms = smooth.chunks_exact(3).zip(psi);
-                terms.map(|(c, psi)| Vector3::new(c[0], c[1], c[2]) * *psi).sum()
+                terms.map(|(c, psi)| Vector3::new(c[0], c[1], c[2]) * psi).sum()
             }
         };
         shaken
             + modes.iter().zip(self.modes).map(|(b, mode)| mode[vertex as usize] * *b).sum::<Vector3<f64>>()
     }
 
-    fn of_vertex(&self, vertex: u32) -> &[f64] {
-        &self.values[vertex as usize * self.scalars..][..self.scalars]
+    /// ψ at a vertex; zero beyond the fields that there are.
+    fn at(&self, vertex: u32) -> Scalars {
+        let [x, y, z] = self.frame.unit(&self.original.points[vertex as usize]).map(legendre);
+        let mut psi = [0.0; 64];
+        for (psi, &[i, j, k]) in psi.iter_mut().zip(&self.exponents) {
+            *psi = x[i] * y[j] * z[k];
+        }
+        psi
     }
 }
 
 /// The bounding box as the cube [-1, 1]³; one scale for all axes where shape matters (similarity).
+#[derive(Debug, Clone)]
 struct Frame {
     centre: Point3<f64>,
     half: Vector3<f64>,

@@ -68,6 +68,7 @@ impl Extractor {
         let (solution, converged) = fit.iterate(&all, ITERATIONS[1], STILL[1]);
         let iterations = (fit.solves, coarse.1 && converged);
         let present = self.present(suspect, &fit);
+        self.give_back(fit.surface);
         let variance = fit.variance.max((LEAST_SCALE * self.side).powi(2));
         Ok(Estimate::new(&solution, &fit.weights, variance, fit.positions, present, iterations))
     }
@@ -139,7 +140,7 @@ impl<'a> Fit<'a> {
             extractor,
             fields: extractor.fields(Nuisance { deformation: Deformation::Similarity, smoothing: false }),
             positions: extractor.original.points.clone(),
-            surface: extractor.surface().clone(),
+            surface: extractor.surface(),
             weights: Vec::new(),
             variance: 0.0,
             distance: 0.0,

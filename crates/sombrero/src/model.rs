@@ -5,6 +5,7 @@ use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_mesh::repair::Repaired;
 use sombrero_mesh::{BoundingBox, Soup, Weld, repair};
 use sombrero_progressive::ProgressiveMesh;
+use std::sync::OnceLock;
 
 /// Stored vertices, joined to points, made a manifold mesh.
 ///
@@ -14,20 +15,23 @@ use sombrero_progressive::ProgressiveMesh;
 /// whatever was joined in the file stays joined.
 #[derive(Debug, Clone)]
 pub struct Model {
-    weld: Weld,
+    /// The point of each stored vertex.
+    point_of: Vec<u32>,
     soup: Soup,
-    repaired: Repaired,
+    /// Made when first asked for: suspects need none.
+    repaired: OnceLock<Repaired>,
+    bounds: OnceLock<Option<BoundingBox>>,
 }
 
 impl Model {
-    /// Joins and repairs; never fails. A soup without a usable face gives a model without faces.
+    /// Joins; never fails. A soup without a usable face gives a model without faces.
     pub fn new(stored: &Soup) -> Self {
         let weld = Weld::new(&stored.points);
         let in_range = |corners: &&[u32; 3]| corners.iter().all(|&v| (v as usize) < stored.points.len());
         let kept: Vec<[u32; 3]> = stored.triangles.iter().filter(in_range).copied().collect();
-        let soup = Soup::new(weld.points.clone(), weld.triangles(&kept));
-        let repaired = repair(&soup);
-        Self { weld, soup, repaired }
+        let triangles = weld.triangles(&kept);
+        let soup = Soup::new(weld.points, triangles);
+        Self { point_of: weld.point_of, soup, repaired: OnceLock::new(), bounds: OnceLock::new() }
     }
 
     /// Points and triangles over points.
@@ -35,19 +39,40 @@ impl Model {
         &self.soup
     }
 
-    /// The manifold mesh and what was done to get it.
+    /// The manifold mesh and what was done to get it: repaired when first asked for, which never fails.
     pub fn repaired(&self) -> &Repaired {
-        &self.repaired
+        match self.repaired.get() {
+            Some(repaired) => repaired,
+            None => {
+                let made = repair(&self.soup);
+                self.repaired.get_or_init(|| made)
+            }
+        }
+    }
+
+    /// Lets go of the manifold mesh, which is as large as all else, until it is asked for again.
+    pub(crate) fn forget_repaired(&mut self) {
+        self.bounding_box();
+        self.repaired.take();
+    }
+
+    /// The points alone, for those who need no more.
+    pub(crate) fn into_soup(self) -> Soup {
+        self.soup
     }
 
     /// The point of each stored vertex.
     pub fn point_of_stored(&self) -> &[u32] {
-        &self.weld.point_of
+        &self.point_of
     }
 
     /// The bounding box of the vertices that have a face; `None` without a face.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
-        BoundingBox::of(&self.repaired.points)
+        let bounds = || BoundingBox::of(&self.repaired().points);
+        self.bounds.get().copied().unwrap_or_else(|| {
+            let made = bounds();
+            *self.bounds.get_or_init(|| made)
+        })
     }
 
     /// The largest side of the bounding box, the unit of relative lengths; 0 without a face.
@@ -60,7 +85,7 @@ impl Model {
     /// # Errors
     /// [`BasisError`] when the mesh cannot carry that many coefficients.
     pub fn basis(&self, options: &BasisOptions) -> Result<Basis, BasisError> {
-        let Repaired { mesh, points, source, .. } = &self.repaired;
+        let Repaired { mesh, points, source, .. } = self.repaired();
         let mut progressive = ProgressiveMesh::new(mesh.clone(), points);
         Ok(Basis::new(&mut progressive, points, options)?.on_points(source, self.soup.points.len()))
     }
@@ -70,7 +95,7 @@ impl Model {
     /// # Panics
     /// When `points` is shorter than the model's points.
     pub fn stored_from_points(&self, points: &[Point3<f64>]) -> Vec<Point3<f64>> {
-        self.weld.point_of.iter().map(|&p| points[p as usize]).collect()
+        self.point_of.iter().map(|&p| points[p as usize]).collect()
     }
 
     /// Positions of points from those of stored vertices of a file with the same connectivity: the mean of
@@ -80,7 +105,7 @@ impl Model {
     /// When `stored` is shorter than the model's stored vertices.
     pub fn points_from_stored(&self, stored: &[Point3<f64>]) -> Vec<Point3<f64>> {
         let mut sums = vec![(nalgebra::Vector3::zeros(), 0.0); self.soup.points.len()];
-        for (&point, position) in self.weld.point_of.iter().zip(stored) {
+        for (&point, position) in self.point_of.iter().zip(stored) {
             let (sum, count) = &mut sums[point as usize];
             *sum += position.coords;
             *count += 1.0;

@@ -22,6 +22,6 @@ impl Suspect {
         let same =
             file.points().len() == model.point_of_stored().len() && file.triangles() == original_triangles;
         let found = || model.points_from_stored(file.points()).into_iter().map(Some).collect();
-        Self { soup: Model::new(&file.soup()).soup().clone(), correspondence: same.then(found) }
+        Self { soup: Model::new(&file.soup()).into_soup(), correspondence: same.then(found) }
     }
 }
