@@ -51,6 +51,21 @@ pub enum BasisError {
     },
 }
 
+/// Why parts make no basis.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum PartsError {
+    /// Not one length for each function, or rows or values that are not as many as the lengths say.
+    #[error("the columns of the basis have other lengths than its functions say")]
+    Lengths,
+    /// A row that is out of range, or does not come after the one before it.
+    #[error("a column of the basis is not sorted by vertex, or names a vertex that is not there")]
+    Rows,
+    /// A number that nobody can compute with.
+    #[error("the basis holds a number that is not finite")]
+    NotFinite,
+}
+
 /// m scalar functions over the n vertices of a mesh, each with a direction and a height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basis {
@@ -112,6 +127,37 @@ impl Basis {
             amplitude,
         });
         Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect() })
+    }
+
+    /// The basis that was taken apart into [`Basis::functions`] and the columns of [`Basis::values`]: how many
+    /// entries each has, and all their rows and values one column after the other.
+    ///
+    /// Only the form is checked. Whether it is the basis of a certain mesh, [`Basis::digest`] tells.
+    ///
+    /// # Errors
+    /// [`PartsError`] when the parts do not fit together.
+    pub fn from_parts(
+        vertices: usize,
+        functions: Vec<Function>,
+        lengths: &[usize],
+        rows: Vec<usize>,
+        values: Vec<f64>,
+    ) -> Result<Self, PartsError> {
+        let numbers = |f: &Function| {
+            let [x, y, z] = f.direction.into();
+            [f.height, f.amplitude, x, y, z]
+        };
+        if !functions.iter().flat_map(numbers).chain(values.iter().copied()).all(f64::is_finite) {
+            return Err(PartsError::NotFinite);
+        }
+        let offsets = offsets(lengths).ok_or(PartsError::Lengths)?;
+        let fits = lengths.len() == functions.len() && offsets.last() == Some(&rows.len());
+        if !fits || rows.len() != values.len() {
+            return Err(PartsError::Lengths);
+        }
+        let values = CscMatrix::try_from_csc_data(vertices, functions.len(), offsets, rows, values)
+            .map_err(|_| PartsError::Rows)?;
+        Ok(Self { values, functions })
     }
 
     /// How many coefficients a mesh can carry at most. Leaves `progressive` at the full mesh.
@@ -221,8 +267,8 @@ fn columns(
         age[split.vertex.index()] = born;
     }
     let column = |marks: &mut Marks, outline: &Outline| {
-        let support = Support::fill(mesh, &age, outline, marks);
-        let radii = radii(mesh, points, &support, marks);
+        let support = Support::fill(mesh, points, &age, outline, marks);
+        let radii = radii(&support);
         let mut column: Column =
             support.interior.iter().zip(radii).map(|(v, r)| (v.index(), function.value(r))).collect();
         column.sort_unstable_by_key(|entry| entry.0);
@@ -232,20 +278,27 @@ fn columns(
 }
 
 fn compressed(rows: usize, columns: &[Column]) -> CscMatrix<f64> {
-    let mut offsets = vec![0];
-    offsets.extend(columns.iter().scan(0, |end, column| {
-        *end += column.len();
-        Some(*end)
-    }));
+    let lengths: Vec<usize> = columns.iter().map(Vec::len).collect();
     let entries = || columns.iter().flatten();
     CscMatrix::try_from_csc_data(
         rows,
         columns.len(),
-        offsets,
+        offsets(&lengths).expect("what is in memory can be counted"),
         entries().map(|e| e.0).collect(),
         entries().map(|e| e.1).collect(),
     )
     .expect("each column has its rows once, in order")
+}
+
+/// Where each column begins, and where the last one ends; `None` for more entries than can be counted.
+fn offsets(lengths: &[usize]) -> Option<Vec<usize>> {
+    let mut offsets = vec![0];
+    let mut end = 0_usize;
+    for &length in lengths {
+        end = end.checked_add(length)?;
+        offsets.push(end);
+    }
+    Some(offsets)
 }
 
 #[cfg(test)]
@@ -323,8 +376,8 @@ mod tests {
             let mesh = progressive.mesh();
             let age = vec![0; made.points.len()];
             for outline in &outlines {
-                let support = Support::fill(mesh, &age, outline, &mut marks);
-                let r = radii(mesh, &made.points, &support, &mut marks);
+                let support = Support::fill(mesh, &made.points, &age, outline, &mut marks);
+                let r = radii(&support);
                 prop_assert_eq!(r[0], 0.0);
                 prop_assert!(r[1..].iter().all(|r| *r > 0.0 && *r < 1.0));
                 prop_assert!(!support.boundary.is_empty());
@@ -367,6 +420,51 @@ mod tests {
             }
             assert!((moved - expected).norm() < 1e-15);
         }
+    }
+
+    type Parts = (Vec<Function>, Vec<usize>, Vec<usize>, Vec<f64>);
+
+    fn parts(basis: &Basis) -> Parts {
+        let columns = || basis.values().col_iter();
+        (
+            basis.functions().to_vec(),
+            columns().map(|c| c.nnz()).collect(),
+            columns().flat_map(|c| c.row_indices().to_vec()).collect(),
+            columns().flat_map(|c| c.values().to_vec()).collect(),
+        )
+    }
+
+    #[test]
+    fn a_basis_taken_apart_is_put_together_again() {
+        let basis = sphere_basis(20).unwrap();
+        let (functions, lengths, rows, values) = parts(&basis);
+        let again = Basis::from_parts(basis.vertex_count(), functions, &lengths, rows, values).unwrap();
+        assert_eq!(again, basis);
+        assert_eq!(again.digest(), basis.digest());
+    }
+
+    #[test]
+    fn parts_that_do_not_fit_are_refused() {
+        let basis = sphere_basis(5).unwrap();
+        let n = basis.vertex_count();
+        let refused = |n: usize, spoil: fn(&mut Parts)| {
+            let mut spoilt = parts(&basis);
+            spoil(&mut spoilt);
+            let (functions, lengths, rows, values) = spoilt;
+            Basis::from_parts(n, functions, &lengths, rows, values).unwrap_err()
+        };
+        assert_eq!(refused(n, |p| p.0.truncate(4)), PartsError::Lengths);
+        assert_eq!(refused(n, |p| p.1.push(0)), PartsError::Lengths);
+        assert_eq!(refused(n, |p| p.1[2] += 1), PartsError::Lengths);
+        assert_eq!(refused(n, |p| p.1[2] = usize::MAX), PartsError::Lengths);
+        assert_eq!(refused(n, |p| p.2.truncate(1)), PartsError::Lengths);
+        assert_eq!(refused(n, |p| p.3.push(0.5)), PartsError::Lengths);
+        assert_eq!(refused(3, |_| ()), PartsError::Rows);
+        assert_eq!(refused(n, |p| p.2.swap(0, 1)), PartsError::Rows);
+        assert_eq!(refused(n, |p| p.2[1] = p.2[0]), PartsError::Rows);
+        assert_eq!(refused(n, |p| p.3[7] = f64::NAN), PartsError::NotFinite);
+        assert_eq!(refused(n, |p| p.0[3].amplitude = f64::INFINITY), PartsError::NotFinite);
+        assert_eq!(refused(n, |p| p.0[3].direction.z = f64::NAN), PartsError::NotFinite);
     }
 
     #[test]

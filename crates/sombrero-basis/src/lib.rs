@@ -9,5 +9,5 @@ pub mod radius;
 pub mod support;
 
 pub use amplitude::{Amplitudes, UnknownAmplitudes};
-pub use basis::{Basis, BasisError, BasisOptions, Function};
+pub use basis::{Basis, BasisError, BasisOptions, Function, PartsError};
 pub use function::{BasisFunction, UnknownFunction};

@@ -89,6 +89,11 @@ pub(crate) enum Command {
     /// Say what a mesh file is and whether it can be marked.
     #[command(after_help = "Example: sombrero info vase.obj")]
     Info(Info),
+    /// Compute once what every detection against an original needs, and store it beside the key.
+    #[command(after_help = "Example: sombrero prepare --original vase.obj --key vase.key\n\
+        It writes vase.key.prepared, which `detect` then uses: worth it for many suspects of a large original.\n\
+        Keep it as private as the original.")]
+    Prepare(Prepare),
     /// Derive watermark and basis again and say whether a key is genuine.
     #[command(after_help = "Example: sombrero verify vase.key --original vase.obj")]
     Verify(Verify),
@@ -171,6 +176,10 @@ pub(crate) struct Detect {
     /// The key that `embed` wrote.
     #[arg(long, value_name = "FILE")]
     pub(crate) key: PathBuf,
+    /// A prepared file of your own making, which is taken at its word. Default: the one beside the key, KEY.prepared;
+    /// if there is one, what is found with it is confirmed without it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) prepared: Option<PathBuf>,
     /// How to look.
     #[arg(long, value_enum, default_value_t = Method::Robust)]
     pub(crate) method: Method,
@@ -224,6 +233,22 @@ pub(crate) struct Compare {
 pub(crate) struct Info {
     /// The mesh.
     pub(crate) mesh: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Prepare {
+    /// The file that was marked, exactly.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) original: PathBuf,
+    /// The key that `embed` wrote.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) key: PathBuf,
+    /// The prepared file, readable by you alone. Default: KEY.prepared, where `detect` looks for it.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace a prepared file that exists.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]

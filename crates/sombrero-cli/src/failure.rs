@@ -8,7 +8,7 @@ use std::process::ExitCode;
 /// A failure. Serializes as the object under `error`.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Failure {
-    /// One word for programs: usage, read, write, mesh, key, secret, suspect, needs_resampling, attack,
+    /// One word for programs: usage, read, write, mesh, key, secret, prepared, suspect, needs_resampling, attack,
     /// unavailable, internal.
     kind: &'static str,
     /// One sentence: what and where it is, and what to do about it.
@@ -23,6 +23,11 @@ impl Failure {
     /// For errors that do not name their file themselves.
     pub(crate) fn about(kind: &'static str, path: &Path, error: &dyn std::error::Error) -> Self {
         Self::new(kind, format!("{}: {error}", path.display()))
+    }
+
+    /// The sentence, without an end.
+    pub(crate) fn message(&self) -> &str {
+        &self.message
     }
 
     /// Prints it and gives the exit status.

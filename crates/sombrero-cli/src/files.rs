@@ -1,7 +1,8 @@
 //! Reading keys and secrets, and care with outputs.
 
 use crate::failure::Failure;
-use sombrero::io::{Limits, Overwrite};
+use sombrero::StoredBasis;
+use sombrero::io::{Limits, Overwrite, read_bytes};
 use sombrero::watermark::{Key, Secret};
 use std::path::{Path, PathBuf};
 
@@ -11,6 +12,18 @@ pub(crate) const LARGEST_KEY: u64 = 64 << 20;
 pub(crate) fn read_key(path: &Path) -> Result<Key, Failure> {
     let bytes = read_small(path, LARGEST_KEY)?;
     Key::from_json(&bytes).map_err(|e| Failure::about("key", path, &e))
+}
+
+/// Where `prepare` writes and `detect` looks unless told otherwise: KEY.prepared.
+pub(crate) fn beside_key(key: &Path) -> PathBuf {
+    let mut name = key.as_os_str().to_owned();
+    name.push(".prepared");
+    name.into()
+}
+
+pub(crate) fn read_prepared(path: &Path, key: &Key, limits: Limits) -> Result<StoredBasis, Failure> {
+    let bytes = read_bytes(path, limits)?;
+    StoredBasis::parse(&bytes, key).map_err(|e| Failure::about("prepared", path, &e))
 }
 
 /// The secret in a file of 64 hexadecimal digits, or a new one from the operating system.
@@ -32,7 +45,7 @@ pub(crate) fn secret(path: Option<&Path>) -> Result<Secret, Failure> {
 
 /// The whole of a regular file that is no larger than `most` bytes.
 pub(crate) fn read_small(path: &Path, most: u64) -> Result<Vec<u8>, Failure> {
-    Ok(sombrero::io::read_bytes(path, Limits::default().with_max_bytes(most))?)
+    Ok(read_bytes(path, Limits::default().with_max_bytes(most))?)
 }
 
 pub(crate) fn overwrite(force: bool) -> Overwrite {

@@ -63,6 +63,7 @@ fn work(cli: &Cli) -> Result<Answer, Failure> {
         Command::Attack(args) => commands::attack::run(args, limits),
         Command::Compare(args) => commands::compare::run(args, limits),
         Command::Info(args) => commands::info::run(args, limits),
+        Command::Prepare(args) => commands::prepare::run(args, limits),
         Command::Verify(args) => commands::verify::run(args, limits),
         Command::Demo(args) => commands::demo::run(args),
     }

@@ -206,11 +206,28 @@ impl Key {
     /// # Errors
     /// The first [`Mismatch`].
     pub fn check(&self, original: &[u8], basis: &Basis) -> Result<(), Mismatch> {
+        self.check_watermark(original)?;
+        self.check_basis(basis)
+    }
+
+    /// Whether the key was made for these bytes, and its w derived from its secret.
+    ///
+    /// # Errors
+    /// [`Mismatch::Original`] or [`Mismatch::Watermark`].
+    pub fn check_watermark(&self, original: &[u8]) -> Result<(), Mismatch> {
         self.check_original(original)?;
         let derived = watermark(original, &self.identity, &self.secret, self.watermark.len());
-        if let Some(coefficient) = derived.iter().zip(&self.watermark).position(|(a, b)| a != b) {
-            return Err(Mismatch::Watermark { coefficient });
+        match derived.iter().zip(&self.watermark).position(|(a, b)| a != b) {
+            Some(coefficient) => Err(Mismatch::Watermark { coefficient }),
+            None => Ok(()),
         }
+    }
+
+    /// Whether `basis`, with the key's strength, is what was marked with.
+    ///
+    /// # Errors
+    /// [`Mismatch::Basis`] when it is not.
+    pub fn check_basis(&self, basis: &Basis) -> Result<(), Mismatch> {
         let digest = matrix_digest(basis, self.parameters.epsilon);
         if digest == self.basis_sha256 { Ok(()) } else { Err(Mismatch::Basis) }
     }
@@ -301,6 +318,7 @@ mod tests {
     fn a_genuine_key_is_told_from_edited_ones() {
         let (key, basis) = (key(), basis(5));
         assert_eq!(key.check(b"file", &basis), Ok(()));
+        assert_eq!((key.check_watermark(b"file"), key.check_basis(&basis)), (Ok(()), Ok(())));
         assert!(matches!(key.check(b"other", &basis), Err(Mismatch::Original { .. })));
         let mut edited = key.clone();
         edited.watermark[3] += 0.5;

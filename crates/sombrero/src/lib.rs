@@ -6,6 +6,7 @@ mod detect;
 mod embed;
 mod info;
 mod model;
+mod prepared_file;
 pub mod report;
 mod suspect;
 mod timing;
@@ -18,6 +19,7 @@ pub use detect::{
 pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Marked, embed};
 pub use info::{Corners, Info, info};
 pub use model::Model;
+pub use prepared_file::{PreparedFileError, StoredBasis};
 pub use suspect::Suspect;
 pub use timing::Stages;
 

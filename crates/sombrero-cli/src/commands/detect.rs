@@ -4,15 +4,30 @@ use crate::args::{Detect, Method, Step};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{Answer, files};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 use sombrero::io::{Document, Limits, write_atomically};
+use sombrero::mesh::Soup;
 use sombrero::report::{DetectionReport, FileLabel, detection_report};
-use sombrero::{DetectError, DetectOptions, Detection, Prepared};
+use sombrero::watermark::Key;
+use sombrero::{DetectError, DetectOptions, Detection, Prepared, StoredBasis};
 use std::path::{Path, PathBuf};
+
+/// For programs.
+#[derive(Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    detection: &'a Detection,
+    /// Whether the basis came from a prepared file.
+    prepared: bool,
+}
 
 pub(crate) fn run(args: &Detect, limits: Limits) -> Result<Answer, Failure> {
     let outputs: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
-    files::check_outputs(&outputs, &[&args.suspect, &args.original, &args.key], args.force)?;
+    let beside = files::beside_key(&args.key);
+    let prepared_file = args.prepared.as_deref().unwrap_or(&beside);
+    let inputs = [&args.suspect, &args.original, &args.key].map(PathBuf::as_path);
+    files::check_outputs(&outputs, &[&inputs[..], &[prepared_file]].concat(), args.force)?;
     let _progress = Progress::new(format!("looking at {}", args.suspect.display()));
     let key = files::read_key(&args.key)?;
     let original = Document::read_within(&args.original, limits)?;
@@ -24,27 +39,73 @@ pub(crate) fn run(args: &Detect, limits: Limits) -> Result<Answer, Failure> {
         threshold: args.threshold,
         seed: args.seed,
     };
-    let prepared = Prepared::new(&original, key).map_err(|e| failure(args, &e))?;
-    let detection = prepared.detect(&prepared.suspect(&suspect), &options).map_err(|e| failure(args, &e))?;
-    if let Some(path) = &args.report {
-        let page = report(args, &prepared, &suspect, &detection)?;
+    let (stored, note) = stored(args, prepared_file, &key, limits)?;
+    let from_file = stored.is_some();
+    let prepared = match stored {
+        Some(stored) => Prepared::with_stored(&original, key, stored),
+        None => Prepared::new(&original, key),
+    };
+    let prepared = prepared.map_err(|e| failure(args, &e))?;
+    let suspect_sha256 = args.report.as_ref().map(|_| hex::encode(Sha256::digest(suspect.content())));
+    let looked_at = prepared.suspect(&suspect);
+    // Detection needs the memory.
+    drop((original, suspect));
+    let mut detection = prepared.detect(&looked_at, &options).map_err(|e| failure(args, &e))?;
+    detection.warnings.extend(note);
+    if detection.detected && from_file {
+        detection.warnings.extend(vouch(args, &prepared)?);
+    }
+    if let Some((path, suspect_sha256)) = args.report.as_ref().zip(suspect_sha256) {
+        let page = report(args, &prepared, &looked_at.soup, suspect_sha256, &detection)?;
         write_atomically(path, page.as_bytes(), files::overwrite(args.force))?;
     }
-    let answer = Answer::new(text(args, &detection), &detection)?;
+    let answer = Answer::new(text(args, &detection), &Report { detection: &detection, prepared: from_file })?;
     Ok(Answer { found: detection.detected, ..answer })
+}
+
+/// The stored basis where there is one to be used, or a sentence that says why the one beside the key is not.
+fn stored(
+    args: &Detect,
+    path: &Path,
+    key: &Key,
+    limits: Limits,
+) -> Result<(Option<StoredBasis>, Option<String>), Failure> {
+    let asked = args.prepared.is_some();
+    if !asked && path.symlink_metadata().is_err() {
+        return Ok((None, None));
+    }
+    match files::read_prepared(path, key, limits) {
+        Ok(stored) => Ok((Some(stored), None)),
+        Err(failure) if asked => Err(failure),
+        Err(failure) => Ok((None, Some(format!("The prepared file was not used: {}.", failure.message())))),
+    }
+}
+
+/// Key and prepared file may have been made up together, and then any suspect has the mark. So what was found with a
+/// file that happens to lie beside the key is confirmed without it; with one that the user vouches for, the answer says so.
+fn vouch(args: &Detect, prepared: &Prepared) -> Result<Option<String>, Failure> {
+    let Some(path) = &args.prepared else {
+        prepared.confirm().map_err(|e| failure(args, &e))?;
+        return Ok(None);
+    };
+    Ok(Some(format!(
+        "The basis was taken from {} and not derived anew, which `sombrero verify` does.",
+        path.display()
+    )))
 }
 
 /// The report's page; hashes are those of the files as they were read.
 fn report(
     args: &Detect,
     prepared: &Prepared,
-    suspect: &Document,
+    suspect: &Soup,
+    suspect_sha256: String,
     detection: &Detection,
 ) -> Result<String, Failure> {
     let key = prepared.key();
     let hashes = [
         hex::encode(key.original_sha256),
-        hex::encode(Sha256::digest(suspect.content())),
+        suspect_sha256,
         hex::encode(Sha256::digest(files::read_small(&args.key, files::LARGEST_KEY)?)),
     ];
     let names = [&args.original, &args.suspect, &args.key].map(|p| p.display().to_string());
@@ -65,7 +126,7 @@ fn report(
         detection,
         key,
         original: prepared.model(),
-        suspect: &suspect.soup(),
+        suspect,
         found: Some(&detection.found),
         original_file,
         suspect_file,

@@ -6,4 +6,5 @@ pub(crate) mod demo;
 pub(crate) mod detect;
 pub(crate) mod embed;
 pub(crate) mod info;
+pub(crate) mod prepare;
 pub(crate) mod verify;

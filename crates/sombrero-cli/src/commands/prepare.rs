@@ -1,0 +1,46 @@
+//! `sombrero prepare`.
+
+use crate::args::Prepare;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::{Answer, files};
+use serde::Serialize;
+use sombrero::Prepared;
+use sombrero::io::{Access, Document, Limits, Output, write_together};
+
+#[derive(Serialize)]
+struct Report {
+    output: String,
+    vertices: usize,
+    coefficients: usize,
+    bytes: usize,
+}
+
+pub(crate) fn run(args: &Prepare, limits: Limits) -> Result<Answer, Failure> {
+    let path = args.output.clone().unwrap_or_else(|| files::beside_key(&args.key));
+    files::check_outputs(&[&path], &[&args.original, &args.key], args.force)?;
+    let _progress = Progress::new(format!("preparing {}", args.original.display()));
+    let key = files::read_key(&args.key)?;
+    let original = Document::read_within(&args.original, limits)?;
+    let prepared = Prepared::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
+    let bytes = prepared.to_file();
+    // The basis tells of the original's shape, which is as private as the key.
+    let output = Output { path: &path, bytes: &bytes, access: Access::Private };
+    write_together(&[output], files::overwrite(args.force))?;
+    let report = Report {
+        output: path.display().to_string(),
+        vertices: prepared.basis().vertex_count(),
+        coefficients: prepared.basis().functions().len(),
+        bytes: bytes.len(),
+    };
+    let text = format!(
+        "prepared {} → {} (keep it as private as the original)\n  basis         {} coefficients, {} vertices\n  \
+         size          {:.1} MB",
+        args.original.display(),
+        report.output,
+        report.coefficients,
+        report.vertices,
+        report.bytes as f64 / 1e6
+    );
+    Answer::new(text, &report)
+}
