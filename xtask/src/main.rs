@@ -9,9 +9,12 @@ mod figures;
 mod hostile;
 mod marked;
 mod models;
+mod peers;
 mod plot;
 mod presets;
+mod program;
 mod roc;
+mod scaling;
 mod subject;
 mod tables;
 
@@ -37,6 +40,8 @@ enum Verb {
     Benchmark(benchmark::Benchmark),
     /// Compare the false-positive rate that detection promises with the one that it has.
     Calibrate(calibrate::Calibrate),
+    /// Time our stages beside other libraries, as far as these are installed, and whole jobs.
+    BenchPeers(peers::Peers),
     /// What CI runs: formatting, lints, tests, documentation, the main command, the recorded tables.
     Ci,
     /// Redraw Figures 1, 2, 4 and 5.
@@ -49,6 +54,8 @@ enum Verb {
     Presets(presets::Presets),
     /// Recompute Figure 6, how often a mark is missed under noise.
     Roc(roc::Roc),
+    /// Time every stage and weigh memory from a thousand to ten million triangles.
+    Scaling(scaling::Scaling),
     /// Recompute Tables 1, 2 and 3.
     Tables(tables::Tables),
 }
@@ -61,6 +68,7 @@ fn main() -> anyhow::Result<()> {
         .unwrap_or_else(|| PathBuf::from("models"));
     match cli.verb {
         Verb::Alignment(args) => alignment::run(&args, &folder),
+        Verb::BenchPeers(args) => peers::run(&args, &folder),
         Verb::Benchmark(args) => benchmark::run(&args, &folder),
         Verb::Calibrate(args) => calibrate::run(&args, &folder),
         Verb::Ci => ci::run(&folder),
@@ -69,6 +77,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Models(args) => models::run(&args, &folder),
         Verb::Presets(args) => presets::run(&args, &folder),
         Verb::Roc(args) => roc::run(&args, &folder),
+        Verb::Scaling(args) => scaling::run(&args),
         Verb::Tables(args) => tables::run(&args, &folder),
     }
 }

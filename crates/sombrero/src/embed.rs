@@ -152,16 +152,19 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
     if basis_options.coefficients < 4 {
         return Err(EmbedError::Coefficients { coefficients: basis_options.coefficients });
     }
-    let model = seconds.time("repair", || Model::new(&original.soup()));
-    if model.repaired().mesh.face_count() == 0 {
+    let model = seconds.time("weld", || Model::new(&original.soup()));
+    if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
         return Err(EmbedError::NoFaces);
     }
-    let basis = seconds.time("basis", || match model.basis(&basis_options) {
+    let mut progressive = seconds.time("conversion", || model.progressive());
+    let basis = seconds.time("basis", || match model.basis_of(&mut progressive, &basis_options) {
         Err(BasisError::TooFewSplits { available, .. }) if options.fewer_if_small => {
-            model.basis(&BasisOptions { coefficients: available.max(FEWEST), ..basis_options })
+            let fewer = BasisOptions { coefficients: available.max(FEWEST), ..basis_options };
+            model.basis_of(&mut progressive, &fewer)
         }
         basis => basis,
     })?;
+    drop(progressive);
     let identity = options.identity.clone();
     let key = Key::new(&original.content(), identity, secret, &options.parameters, &basis);
     let (Rewritten { bytes, companions }, moved) = seconds.time("insert", || {

@@ -80,14 +80,34 @@ impl Model {
         self.bounding_box().map_or(0.0, |b| b.largest_side())
     }
 
+    /// The progressive mesh that the basis comes from.
+    pub fn progressive(&self) -> ProgressiveMesh {
+        let Repaired { mesh, points, .. } = self.repaired();
+        ProgressiveMesh::new(mesh.clone(), points)
+    }
+
     /// The basis over points.
     ///
     /// # Errors
     /// [`BasisError`] when the mesh cannot carry that many coefficients.
     pub fn basis(&self, options: &BasisOptions) -> Result<Basis, BasisError> {
-        let Repaired { mesh, points, source, .. } = self.repaired();
-        let mut progressive = ProgressiveMesh::new(mesh.clone(), points);
-        Ok(Basis::new(&mut progressive, points, options)?.on_points(source, self.soup.points.len()))
+        self.basis_of(&mut self.progressive(), options)
+    }
+
+    /// [`basis`](Self::basis), given the model's progressive mesh.
+    ///
+    /// # Errors
+    /// As [`basis`](Self::basis).
+    ///
+    /// # Panics
+    /// When `progressive` is that of a larger model.
+    pub fn basis_of(
+        &self,
+        progressive: &mut ProgressiveMesh,
+        options: &BasisOptions,
+    ) -> Result<Basis, BasisError> {
+        let Repaired { points, source, .. } = self.repaired();
+        Ok(Basis::new(progressive, points, options)?.on_points(source, self.soup.points.len()))
     }
 
     /// Positions of stored vertices from positions of points.

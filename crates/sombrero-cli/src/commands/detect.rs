@@ -12,6 +12,7 @@ use sombrero::report::{DetectionReport, FileLabel, detection_report};
 use sombrero::watermark::Key;
 use sombrero::{DetectError, DetectOptions, Detection, Prepared, StoredBasis};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// For programs.
 #[derive(Serialize)]
@@ -41,16 +42,19 @@ pub(crate) fn run(args: &Detect, limits: Limits) -> Result<Answer, Failure> {
     };
     let (stored, note) = stored(args, prepared_file, &key, limits)?;
     let from_file = stored.is_some();
+    let start = Instant::now();
     let prepared = match stored {
         Some(stored) => Prepared::with_stored(&original, key, stored),
         None => Prepared::new(&original, key),
     };
     let prepared = prepared.map_err(|e| failure(args, &e))?;
+    let preparation = ("preparation", start.elapsed().as_secs_f64());
     let suspect_sha256 = args.report.as_ref().map(|_| hex::encode(Sha256::digest(suspect.content())));
     let looked_at = prepared.suspect(&suspect);
     // Detection needs the memory.
     drop((original, suspect));
     let mut detection = prepared.detect(&looked_at, &options).map_err(|e| failure(args, &e))?;
+    detection.seconds.0.insert(0, preparation);
     detection.warnings.extend(note);
     if detection.detected && from_file {
         detection.warnings.extend(vouch(args, &prepared)?);
