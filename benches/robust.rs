@@ -9,7 +9,7 @@ use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, match_connectivity};
 use sombrero::stats::Ellipsoid;
 use sombrero::watermark::Secret;
-use sombrero::{DetectOptions, EmbedOptions, Prepared, embed};
+use sombrero::{DetectOptions, EmbedOptions, Prepared, StoredBasis, embed};
 use sombrero_benches::subjects;
 use std::hint::black_box;
 
@@ -71,6 +71,29 @@ fn stages(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// The original made ready, with its basis computed and with it read from a prepared file.
+fn preparation(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("preparation");
+    group.sample_size(10);
+    for subject in subjects().into_iter().filter(|s| (5_000..50_000).contains(&s.soup.points.len())) {
+        let file = encode(Format::PlyBinaryLittleEndian, &subject.soup).expect("a clean surface can be stored");
+        let original = Document::parse(file, Some("ply")).expect("what was just written");
+        let (prepared, _) = marked(&subject.soup);
+        let (key, stored) = (prepared.key(), prepared.to_file());
+        group.throughput(Throughput::Elements(subject.soup.points.len() as u64));
+        group.bench_function(BenchmarkId::new("computed", &subject.name), |b| {
+            b.iter(|| black_box(Prepared::new(&original, key.clone()).ok()));
+        });
+        group.bench_function(BenchmarkId::new("from a file", &subject.name), |b| {
+            b.iter(|| {
+                let stored = StoredBasis::parse(&stored, key).ok()?;
+                black_box(Prepared::with_stored(&original, key.clone(), stored).ok())
+            });
+        });
+    }
+    group.finish();
+}
+
 /// Registration included; the original is prepared.
 fn detections(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("robust detection");
@@ -95,5 +118,5 @@ fn detections(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, stages, detections);
+criterion_group!(benches, preparation, stages, detections);
 criterion_main!(benches);

@@ -11,14 +11,13 @@ pub(crate) fn measure(cases: &Path, model: &str, repeats: usize) -> anyhow::Resu
     std::fs::create_dir_all(&folder)?;
     let path = |name: &str| folder.join(format!("{model}.{name}")).display().to_string();
     let original = cases.join(format!("{model}.ply")).display().to_string();
-    let [copy, key, suspect, report] = ["marked.ply", "key", "suspect.ply", "report.html"].map(path);
+    let [copy, key, suspect] = ["marked.ply", "key", "suspect.ply"].map(path);
     let embedded = timed("g embed", model, repeats, || {
         program.run(&["embed", &original, "-o", &copy, "--key", &key, "--force"])
     })?;
     program.run(&["attack", &copy, "-o", &suspect, "transform", "simplify:ratio=0.5", "--force"])?;
     let found = timed("g detect, moved and simplified", model, repeats, || {
-        let question = ["detect", &suspect, "--original", &original, "--key", &key];
-        program.run(&[&question[..], &["--report", &report, "--force"]].concat())
+        program.run(&["detect", &suspect, "--original", &original, "--key", &key])
     })?;
     Ok(vec![embedded, found])
 }
