@@ -1,11 +1,12 @@
 //! Registration without a hint, resampling, and closest points.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use nalgebra::{Similarity3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Attack, apply_all};
 use sombrero::mesh::Soup;
-use sombrero::registration::{Reference, RegisterOptions, register};
+use sombrero::registration::{IcpOptions, Reference, RegisterOptions, align, register};
 use sombrero::resampling::{ResampleOptions, resample};
 use sombrero::spatial::Surface;
 use sombrero_benches::{over_sizes, subjects};
@@ -33,6 +34,16 @@ fn alignment(criterion: &mut Criterion) {
             });
         });
         let simplified = attacked(soup, &["simplify:ratio=0.5"]);
+        let side = soup.bounding_box().map_or(1.0, |b| b.largest_side());
+        // 5 degrees, 5 % of scale and 3 % of the size away.
+        let near = Similarity3::new(Vector3::x() * (0.03 * side), Vector3::z() * 0.087, 1.05);
+        group.bench_function(BenchmarkId::new("registration from a rough pose", &subject.name), |b| {
+            b.iter(|| {
+                let reference = Reference::new(&soup.points, &soup.triangles).ok()?;
+                let Soup { points, triangles } = &simplified;
+                black_box(align(&reference, points, triangles, &near, &IcpOptions::default()).ok())
+            });
+        });
         group.bench_function(BenchmarkId::new("resampling", &subject.name), |b| {
             let options = ResampleOptions::default();
             b.iter(|| {

@@ -76,7 +76,8 @@ fn preparation(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("preparation");
     group.sample_size(10);
     for subject in subjects().into_iter().filter(|s| (5_000..50_000).contains(&s.soup.points.len())) {
-        let file = encode(Format::PlyBinaryLittleEndian, &subject.soup).expect("a clean surface can be stored");
+        let file =
+            encode(Format::PlyBinaryLittleEndian, &subject.soup).expect("a clean surface can be stored");
         let original = Document::parse(file, Some("ply")).expect("what was just written");
         let (prepared, _) = marked(&subject.soup);
         let (key, stored) = (prepared.key(), prepared.to_file());

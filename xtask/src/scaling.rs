@@ -54,8 +54,8 @@ pub(crate) fn run(args: &Scaling) -> anyhow::Result<()> {
 }
 
 fn measure(program: &Program, folder: &Path, vertices: usize) -> anyhow::Result<Size> {
-    let [original, copy, key, suspect] =
-        ["original.ply", "copy.ply", "key", "suspect.ply"].map(|name| folder.join(name).display().to_string());
+    let [original, copy, key, suspect] = ["original.ply", "copy.ply", "key", "suspect.ply"]
+        .map(|name| folder.join(name).display().to_string());
     let soup = shapes::bumpy_sphere(vertices);
     std::fs::write(&original, encode(Format::PlyBinaryLittleEndian, &soup)?)?;
     let (vertices, triangles) = (soup.points.len(), soup.triangles.len());
