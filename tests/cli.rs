@@ -162,7 +162,7 @@ fn texts(value: &Value) -> bool {
 #[test]
 fn every_command_explains_itself() {
     let workshop = Workshop::new(PROGRAM);
-    let commands: [(&str, &[&str]); 9] = [
+    let commands: [(&str, &[&str]); 10] = [
         (
             "",
             &[
@@ -170,6 +170,7 @@ fn every_command_explains_itself() {
                 "detect",
                 "attack",
                 "compare",
+                "render",
                 "info",
                 "prepare",
                 "verify",
@@ -214,6 +215,10 @@ fn every_command_explains_itself() {
         ),
         ("attack", &["INPUT", "--output", "SPEC", "--seed", "noise:amplitude", "crop:fraction", "--force"]),
         ("compare", &["<A>", "<B>"]),
+        (
+            "render",
+            &["<MESH>", "--output", "--compare", "--size", "--up", "--wireframe", "--force", "Example"],
+        ),
         ("info", &["MESH"]),
         ("prepare", &["--original", "--key", "--output", "--force", "Example"]),
         ("verify", &["KEY", "--original"]),
@@ -717,6 +722,32 @@ fn a_suspect_that_was_turned_or_reordered_is_found_without_a_hint() {
     refused(&workshop, &arguments(line), &["reorder.obj", "resampl"]);
 }
 
+#[test]
+fn render_draws_a_mesh_and_how_far_it_is_from_another() {
+    let workshop = workshop();
+    let drawn = workshop.line("render marked.obj -o mesh.png --size 64 --json").json();
+    assert_eq!((&drawn["width"], &drawn["height"]), (&64.into(), &64.into()));
+    assert!(drawn.get("scale").is_none());
+    let picture = workshop.read("mesh.png");
+    assert!(picture.starts_with(b"\x89PNG"));
+
+    let line = "render marked.obj -o heat.png --size 64 --compare original.obj";
+    assert_holds(workshop.line(line).text(), &["heat.png", "original.obj", "distance"]);
+    let heat = workshop.read("heat.png");
+    assert_ne!(picture, heat);
+    let again = workshop.line(&format!("{line} --force --json")).json();
+    let far = again["scale"][1].as_f64().unwrap();
+    let apart = workshop.line("compare marked.obj original.obj --json").json();
+    // Vertices are no farther from the surface than where they came from.
+    assert!(again["scale"][0] == 0.0 && far > 0.0 && far <= apart["vertex_max"].as_f64().unwrap(), "{again}");
+    assert_eq!(workshop.read("heat.png"), heat, "the same picture again");
+    refused(&workshop, &arguments(line), &["heat.png", "--force"]);
+
+    let sideways = workshop.read("mesh.png");
+    workshop.line("render marked.obj -o mesh.png --size 64 --up z --wireframe --force").text();
+    assert_ne!(workshop.read("mesh.png"), sideways);
+}
+
 // Inputs that are no mesh.
 
 /// Every command that reads a mesh, with `bad` in the place of each mesh that it reads.
@@ -729,6 +760,8 @@ fn assert_unreadable(workshop: &Workshop, bad: &str, words: &[&str]) {
         "attack BAD -o out none",
         "compare BAD original.obj",
         "compare original.obj BAD",
+        "render BAD -o out",
+        "render original.obj -o out --compare BAD",
         "detect BAD --original original.obj --key mark.key --method paper --registration never --resampling never",
         "detect marked.obj --original BAD --key mark.key --method paper --registration never --resampling never",
         "prepare --original BAD --key mark.key",

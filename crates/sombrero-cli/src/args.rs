@@ -86,6 +86,10 @@ pub(crate) enum Command {
     /// Measure how far two meshes are apart.
     #[command(after_help = "Example: sombrero compare vase.obj vase-marked.obj")]
     Compare(Compare),
+    /// Draw a mesh as a picture, or how far it is from another one.
+    #[command(after_help = "Example: sombrero render vase-marked.obj -o vase.png --compare vase.obj\n\
+        With --compare the colour shows how far each vertex is from the surface of the other mesh, as they stand.")]
+    Render(Render),
     /// Say what a mesh file is and whether it can be marked.
     #[command(after_help = "Example: sombrero info vase.obj")]
     Info(Info),
@@ -227,6 +231,37 @@ pub(crate) struct Compare {
     pub(crate) a: PathBuf,
     /// The second mesh.
     pub(crate) b: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Render {
+    /// The mesh to draw.
+    pub(crate) mesh: PathBuf,
+    /// The picture, as PNG.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// A mesh to measure the distance from; both stay where they stand.
+    #[arg(long, value_name = "MESH")]
+    pub(crate) compare: Option<PathBuf>,
+    /// Pixels along each side.
+    #[arg(long, value_name = "N", default_value_t = 800, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) size: u32,
+    /// The axis that points upwards: y in most files for display, z in many of scanners and printers.
+    #[arg(long, value_enum, default_value_t = Up::Y)]
+    pub(crate) up: Up,
+    /// Draw the edges of the triangles.
+    #[arg(long)]
+    pub(crate) wireframe: bool,
+    /// Replace a picture that exists.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// An axis of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Up {
+    Y,
+    Z,
 }
 
 #[derive(Debug, Args)]

@@ -62,6 +62,7 @@ fn work(cli: &Cli) -> Result<Answer, Failure> {
         Command::Detect(args) => commands::detect::run(args, limits),
         Command::Attack(args) => commands::attack::run(args, limits),
         Command::Compare(args) => commands::compare::run(args, limits),
+        Command::Render(args) => commands::render::run(args, limits),
         Command::Info(args) => commands::info::run(args, limits),
         Command::Prepare(args) => commands::prepare::run(args, limits),
         Command::Verify(args) => commands::verify::run(args, limits),

@@ -7,4 +7,5 @@ pub(crate) mod detect;
 pub(crate) mod embed;
 pub(crate) mod info;
 pub(crate) mod prepare;
+pub(crate) mod render;
 pub(crate) mod verify;

@@ -1,0 +1,95 @@
+//! `sombrero render`.
+
+use crate::args::{Render, Up};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::{Answer, files};
+use nalgebra::{Point3, Vector3};
+use serde::Serialize;
+use sombrero::Model;
+use sombrero::io::{Access, Document, Limits, Output, write_together};
+use sombrero::mesh::Soup;
+use sombrero::render::{Camera, HeatMap, RenderOptions, Wireframe, render, used_points};
+use sombrero::spatial::Surface;
+use std::path::Path;
+
+#[derive(Serialize)]
+struct Report {
+    output: String,
+    width: u32,
+    height: u32,
+    /// Distances from the vertices of the mesh to the surface of the other one, in model units: the ends of the scale.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scale: Option<[f64; 2]>,
+}
+
+pub(crate) fn run(args: &Render, limits: Limits) -> Result<Answer, Failure> {
+    let inputs: Vec<&Path> =
+        [Some(&args.mesh), args.compare.as_ref()].into_iter().flatten().map(|p| p.as_path()).collect();
+    files::check_outputs(&[&args.output], &inputs, args.force)?;
+    let _progress = Progress::new(format!("drawing {}", args.mesh.display()));
+    let soup = read(&args.mesh, limits)?;
+    let distances = match &args.compare {
+        Some(other) => Some(distances(&soup, &read(other, limits)?)),
+        None => None,
+    };
+    let scale =
+        distances.as_deref().map(|d| [0.0, d.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max)]);
+    let options = RenderOptions {
+        width: args.size,
+        height: args.size,
+        camera: Some(camera(&soup, args.up)),
+        wireframe: args.wireframe.then(Wireframe::default),
+        heat_map: distances
+            .zip(scale)
+            .map(|(values, [low, high])| HeatMap { range: Some((low, high)), ..HeatMap::new(values) }),
+        ..RenderOptions::default()
+    };
+    let image = render(&soup.points, &soup.triangles, &options);
+    let png = image.to_png().map_err(|e| Failure::new("internal", e.to_string()))?;
+    write_together(
+        &[Output { path: &args.output, bytes: &png, access: Access::Usual }],
+        files::overwrite(args.force),
+    )?;
+    let mut text = format!("drew {} → {}", args.mesh.display(), args.output.display());
+    if let (Some([_, high]), Some(other)) = (scale, &args.compare) {
+        text += &format!(
+            "\n  colours       distance from {}: dark 0, yellow {high:.3e} (model units)",
+            other.display()
+        );
+    }
+    let report = Report {
+        output: args.output.display().to_string(),
+        width: options.width,
+        height: options.height,
+        scale,
+    };
+    Answer::new(text, &report)
+}
+
+/// A mesh with something to draw. Vertices of equal position are one, so that seams do not show.
+fn read(path: &Path, limits: Limits) -> Result<Soup, Failure> {
+    let soup = Model::new(&Document::read_within(path, limits)?.soup()).soup().clone();
+    if soup.triangles.is_empty() {
+        let message =
+            format!("{}: the file has no usable face; a picture needs triangles or polygons", path.display());
+        return Err(Failure::new("mesh", message));
+    }
+    Ok(soup)
+}
+
+/// From each vertex of `soup` to the surface of `other`; no number where there is none.
+fn distances(soup: &Soup, other: &Soup) -> Vec<f64> {
+    let surface = Surface::new(&other.points, &other.triangles);
+    surface.closest_many(&soup.points).into_iter().map(|c| c.map_or(f64::NAN, |c| c.distance())).collect()
+}
+
+/// From the front, a little from the right and from above.
+fn camera(soup: &Soup, up: Up) -> Camera {
+    let (direction, up) = match up {
+        Up::Y => (Vector3::new(-0.45, -0.35, -1.0), Vector3::y()),
+        Up::Z => (Vector3::new(-0.45, 1.0, -0.35), Vector3::z()),
+    };
+    let points: Vec<Point3<f64>> = used_points(&soup.points, &soup.triangles);
+    Camera::framing(&points, direction, up)
+}
