@@ -127,7 +127,9 @@ impl Extractor {
     /// A surface in the shape of the original, to be deformed.
     pub(crate) fn surface(&self) -> Surface {
         let Soup { points, triangles } = &self.original;
-        match self.idle().pop() {
+        // Not in the match, which would hold the lock while other threads are asked to help.
+        let idle = self.idle().pop();
+        match idle {
             Some(mut surface) => {
                 surface.refit(points);
                 surface

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use sombrero_basis::{Basis, BasisOptions};
 use sombrero_extraction::{Deformation, Estimate, EstimateError, Extractor, Nuisance, extract};
 use sombrero_mesh::{Soup, repair, shapes};
@@ -239,6 +240,21 @@ fn threads_do_not_change_a_bit() {
     let (one, two) = (run(1), run(2));
     assert_eq!(one.coefficients, two.coefficients);
     assert_eq!(one.precision, two.precision);
+}
+
+/// Each has a surface of its own to deform, used ones too, and none waits for another.
+#[test]
+fn many_suspects_at_once_are_as_one_after_the_other() {
+    let case = case(6000, 20);
+    let suspects: Vec<Soup> =
+        (0..4).map(|k| Soup::new(case.marked(&watermark(20, k)), case.soup.triangles.clone())).collect();
+    let look = |suspect: &Soup| case.extractor.from_surface(suspect, NOTHING).unwrap().coefficients;
+    let alone: Vec<Vec<f64>> = suspects.iter().map(look).collect();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+    for _ in 0..3 {
+        let together: Vec<Vec<f64>> = pool.install(|| suspects.par_iter().map(look).collect());
+        assert_eq!(together, alone);
+    }
 }
 
 #[test]
