@@ -58,8 +58,6 @@ struct Run<'a> {
 /// come: most candidates would change several times before.
 #[derive(Clone, Copy)]
 enum Waiting {
-    /// It has no collapse that is allowed, or is gone.
-    No,
     /// Its best collapse costs at least so much.
     Bound(f64),
     /// Its best collapse.
@@ -82,8 +80,11 @@ struct Vertex {
     /// What it has swallowed.
     quadric: Quadric,
     area: f64,
-    waiting: Waiting,
+    /// `None` when it has no collapse that is allowed, or is gone.
+    waiting: Option<Waiting>,
 }
+
+const _: () = assert!(size_of::<Vertex>() == 128, "two cache lines");
 
 impl<'a> Run<'a> {
     fn new(mesh: &'a mut Mesh, points: &[Point3<f64>]) -> Self {
@@ -114,19 +115,19 @@ impl<'a> Run<'a> {
             self.put(v, Waiting::Bound(bound));
         }
         while let Some(v) = self.queue.pop() {
-            let waiting = std::mem::replace(&mut self.vertices[v].waiting, Waiting::No);
+            let waiting = self.vertices[v].waiting.take();
             self.turn(VertexId::new(v), waiting);
         }
         self.collapses.len() > before
     }
 
     /// The turn of `v` has come, or seems to.
-    fn turn(&mut self, v: VertexId, waiting: Waiting) {
+    fn turn(&mut self, v: VertexId, waiting: Option<Waiting>) {
         // What is around may have changed since the candidate was found.
         let still_allowed =
             |c: &Candidate| self.may_turn(c.halfedge) && self.mesh.check_collapse(c.halfedge).is_ok();
         let known = match waiting {
-            Waiting::Best(candidate) => Some(candidate).filter(still_allowed),
+            Some(Waiting::Best(candidate)) => Some(candidate).filter(still_allowed),
             _ => None,
         };
         if let Some(Candidate { halfedge, .. }) = known {
@@ -169,13 +170,12 @@ impl<'a> Run<'a> {
         let (u, kept) = (self.mesh.tail(h), self.mesh.tip(h));
         let cost = self.cost(u, kept);
         let bound = match self.vertices[u.index()].waiting {
-            Waiting::No => self.least_cost(u),
-            Waiting::Bound(bound) if bound <= cost => return,
-            Waiting::Bound(_) => cost,
-            Waiting::Best(Candidate { passed_over: Some(least), .. }) => cost.min(least),
-            Waiting::Best(best) if self.mesh.tip(best.halfedge) == kept => cost.min(best.cost),
-            Waiting::Best(best) if (best.cost, best.halfedge) < (cost, h) => return,
-            Waiting::Best(_) => cost,
+            None => self.least_cost(u),
+            Some(Waiting::Bound(bound)) if bound <= cost => return,
+            Some(Waiting::Best(Candidate { passed_over: Some(least), .. })) => cost.min(least),
+            Some(Waiting::Best(best)) if self.mesh.tip(best.halfedge) == kept => cost.min(best.cost),
+            Some(Waiting::Best(best)) if (best.cost, best.halfedge) < (cost, h) => return,
+            Some(_) => cost,
         };
         self.put(u, Waiting::Bound(bound));
     }
@@ -185,11 +185,9 @@ impl<'a> Run<'a> {
     }
 
     fn put(&mut self, u: VertexId, waiting: Waiting) {
-        self.vertices[u.index()].waiting = waiting;
-        match waiting {
-            Waiting::No => self.queue.remove(u.index()),
-            Waiting::Bound(cost) | Waiting::Best(Candidate { cost, .. }) => self.queue.set(u.index(), cost),
-        }
+        let (Waiting::Bound(cost) | Waiting::Best(Candidate { cost, .. })) = waiting;
+        self.queue.set(u.index(), cost);
+        self.vertices[u.index()].waiting = Some(waiting);
     }
 
     /// The collapses of `u` that may be allowed: boundary vertices stay on their boundary.
@@ -279,7 +277,7 @@ fn normalized(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
 
 fn vertices(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Vertex> {
     let quadrics = vertex_quadrics(mesh, points).into_iter();
-    let new = |quadric| Vertex { quadric, area: 0.0, waiting: Waiting::No };
+    let new = |quadric| Vertex { quadric, area: 0.0, waiting: None };
     let mut vertices: Vec<Vertex> = quadrics.map(new).collect();
     for f in mesh.faces() {
         let third = face_area(mesh, points, f) / 3.0;

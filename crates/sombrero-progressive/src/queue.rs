@@ -49,34 +49,15 @@ impl Queue {
         self.heap.first().is_none_or(|first| entry(element, cost) < *first)
     }
 
-    /// Takes an element out, if it is in.
-    ///
-    /// # Panics
-    /// When `element` is not below the bound.
-    pub(crate) fn remove(&mut self, element: usize) {
-        let at = self.place[element];
-        if at != NOWHERE {
-            self.take(at as usize);
-        }
-    }
-
     /// Takes the cheapest element out.
     pub(crate) fn pop(&mut self) -> Option<usize> {
         let (_, element) = *self.heap.first()?;
-        self.take(0);
-        Some(element as usize)
-    }
-
-    fn take(&mut self, at: usize) {
-        self.place[self.heap[at].1 as usize] = NOWHERE;
-        let Some(last) = self.heap.pop() else { return };
-        if at < self.heap.len() {
-            if at > 0 && last < self.heap[(at - 1) / CHILDREN] {
-                self.rise(at, last);
-            } else {
-                self.sink(at, last);
-            }
+        self.place[element as usize] = NOWHERE;
+        let last = self.heap.pop()?;
+        if !self.heap.is_empty() {
+            self.sink(0, last);
         }
+        Some(element as usize)
     }
 
     /// Puts `entry` at `at` or above.
@@ -134,14 +115,25 @@ mod tests {
         ) {
             let mut queue = Queue::new(30);
             let mut costs = [None; 30];
+            let first = |costs: &[Option<f64>; 30]| {
+                let waiting = costs.iter().enumerate().filter_map(|(i, c)| c.map(|c| (c, i)));
+                waiting.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+            };
             for (element, cost) in changes {
                 // Few different costs, so that there are ties.
-                let cost = cost.map(|c| c.floor());
-                match cost {
-                    Some(cost) => queue.set(element, cost),
-                    None => queue.remove(element),
+                match cost.map(|c| c.floor()) {
+                    Some(cost) => {
+                        let next = first(&costs).is_none_or(|first| (cost.max(0.0), element) < first);
+                        prop_assert_eq!(queue.would_be_next(element, cost), next);
+                        queue.set(element, cost);
+                        costs[element] = Some(cost.max(0.0));
+                    }
+                    None => {
+                        let expected = first(&costs).map(|(_, i)| i);
+                        prop_assert_eq!(queue.pop(), expected);
+                        expected.into_iter().for_each(|i| costs[i] = None);
+                    }
                 }
-                costs[element] = cost.map(|c| c.max(0.0));
             }
             let mut expected: Vec<(f64, usize)> =
                 costs.iter().enumerate().filter_map(|(i, c)| c.map(|c| (c, i))).collect();

@@ -41,13 +41,7 @@ impl Model {
 
     /// The manifold mesh and what was done to get it: repaired when first asked for, which never fails.
     pub fn repaired(&self) -> &Repaired {
-        match self.repaired.get() {
-            Some(repaired) => repaired,
-            None => {
-                let made = repair(&self.soup);
-                self.repaired.get_or_init(|| made)
-            }
-        }
+        self.repaired.get_or_init(|| repair(&self.soup))
     }
 
     /// Lets go of the manifold mesh, which is as large as all else, until it is asked for again.
@@ -68,11 +62,7 @@ impl Model {
 
     /// The bounding box of the vertices that have a face; `None` without a face.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
-        let bounds = || BoundingBox::of(&self.repaired().points);
-        self.bounds.get().copied().unwrap_or_else(|| {
-            let made = bounds();
-            *self.bounds.get_or_init(|| made)
-        })
+        *self.bounds.get_or_init(|| BoundingBox::of(&self.repaired().points))
     }
 
     /// The largest side of the bounding box, the unit of relative lengths; 0 without a face.

@@ -77,11 +77,7 @@ impl Case<'_> {
     }
 
     fn put_mesh(&self, prefix: &str, soup: &Soup) -> anyhow::Result<()> {
-        self.put(&format!("{prefix}v.f64"), reals(coordinates(&soup.points)))?;
-        self.put(
-            &format!("{prefix}f.u32"),
-            soup.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect(),
-        )
+        write_mesh(self.folder, &format!("{}.{prefix}", self.model), soup)
     }
 
     /// The mesh, as arrays and as files, and a query near each vertex: up to half a percent of the diagonal away.
@@ -205,6 +201,13 @@ fn reals(values: Vec<f64>) -> Vec<u8> {
 
 fn rows(motion: &Similarity3<f64>) -> Vec<f64> {
     motion.to_homogeneous().transpose().iter().copied().collect()
+}
+
+/// A mesh as two arrays, whose names begin with `prefix`.
+pub(crate) fn write_mesh(folder: &Path, prefix: &str, soup: &Soup) -> anyhow::Result<()> {
+    let corners = soup.triangles.iter().flatten().flat_map(|i| i.to_le_bytes());
+    std::fs::write(folder.join(format!("{prefix}v.f64")), reals(coordinates(&soup.points)))?;
+    Ok(std::fs::write(folder.join(format!("{prefix}f.u32")), corners.collect::<Vec<u8>>())?)
 }
 
 /// Reading them back.

@@ -1,7 +1,7 @@
 //! Our side of each stage: what the peers do, by the crate that does it.
 
 use super::Stage;
-use super::cases::{TRIALS, diagonal, marked, read_matrix, read_mesh, read_points};
+use super::cases::{TRIALS, diagonal, marked, read_matrix, read_mesh, read_points, write_mesh};
 use super::measure::{Row, Subject, measure as timed};
 use anyhow::anyhow;
 use nalgebra::{Isometry3, Matrix3, Matrix4, Point3, Rotation3, Similarity3, UnitQuaternion};
@@ -16,6 +16,7 @@ use sombrero::progressive::ProgressiveMesh;
 use sombrero::registration::{IcpOptions, Reference, RegisterOptions, align, register};
 use sombrero::resampling::{ResampleOptions, resample};
 use sombrero::spatial::Surface;
+use sombrero::stats::Correlation;
 use sombrero::watermark::Preset;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -79,10 +80,7 @@ impl Bench<'_> {
     fn leave(&self, soup: &Soup) -> anyhow::Result<Accuracy> {
         let scratch = self.cases.with_file_name("scratch");
         let tag = format!("{}.sombrero", self.model);
-        let reals = soup.points.iter().flat_map(|p| [p.x, p.y, p.z]).flat_map(f64::to_le_bytes);
-        std::fs::write(scratch.join(format!("{tag}.v.f64")), reals.collect::<Vec<u8>>())?;
-        let corners = soup.triangles.iter().flatten().flat_map(|i| i.to_le_bytes());
-        std::fs::write(scratch.join(format!("{tag}.f.u32")), corners.collect::<Vec<u8>>())?;
+        write_mesh(&scratch, &format!("{tag}."), soup)?;
         Ok([("score".into(), tag.into())].into())
     }
 
@@ -180,7 +178,7 @@ impl Bench<'_> {
             &self.subject("e fit", "robust, surface to surface"),
             |_| Ok(Extractor::new(&basis, epsilon, &soup)?.from_surface(&suspect, nuisance)?),
             |done| {
-                let rho = correlation(&done[0].coefficients, &w);
+                let rho = Correlation::of(&done[0].coefficients, &w)?.rho();
                 Ok([("rms".into(), rms(&done[0].positions).into()), ("rho".into(), rho.into())].into())
             },
         )?;
@@ -201,7 +199,7 @@ impl Bench<'_> {
                     .zip(&soup.points)
                     .map(|(found, p)| found.unwrap_or(*p))
                     .collect();
-                let rho = correlation(&coefficients, &w);
+                let rho = Correlation::of(&coefficients, &w)?.rho();
                 Ok([("rms".into(), rms(&found).into()), ("rho".into(), rho.into())].into())
             },
         )?;
@@ -278,12 +276,4 @@ fn similarity(matrix: &Matrix4<f64>) -> anyhow::Result<Similarity3<f64>> {
         return Err(anyhow!("a pose that is no similarity"));
     }
     Ok(Similarity3::from_isometry(Isometry3::from_parts(shift.into(), rotation), scale))
-}
-
-fn correlation(found: &[f64], w: &[f64]) -> f64 {
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-    let (a, b) = (mean(found), mean(w));
-    let product =
-        |x: &[f64], y: &[f64], a: f64, b: f64| x.iter().zip(y).map(|(x, y)| (x - a) * (y - b)).sum::<f64>();
-    product(found, w, a, b) / (product(found, found, a, a) * product(w, w, b, b)).sqrt()
 }

@@ -4,7 +4,7 @@ use crate::args::{Render, Up};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{Answer, files};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use serde::Serialize;
 use sombrero::Model;
 use sombrero::io::{Access, Document, Limits, Output, write_together};
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Render, limits: Limits) -> Result<Answer, Failure> {
     let options = RenderOptions {
         width: args.size,
         height: args.size,
-        camera: Some(camera(&soup, args.up)),
+        camera: camera(&soup, args.up),
         wireframe: args.wireframe.then(Wireframe::default),
         heat_map: distances
             .zip(scale)
@@ -84,12 +84,11 @@ fn distances(soup: &Soup, other: &Soup) -> Vec<f64> {
     surface.closest_many(&soup.points).into_iter().map(|c| c.map_or(f64::NAN, |c| c.distance())).collect()
 }
 
-/// From the front, a little from the right and from above.
-fn camera(soup: &Soup, up: Up) -> Camera {
-    let (direction, up) = match up {
-        Up::Y => (Vector3::new(-0.45, -0.35, -1.0), Vector3::y()),
-        Up::Z => (Vector3::new(-0.45, 1.0, -0.35), Vector3::z()),
-    };
-    let points: Vec<Point3<f64>> = used_points(&soup.points, &soup.triangles);
-    Camera::framing(&points, direction, up)
+/// The usual view, which has y upwards, or the same with z upwards.
+fn camera(soup: &Soup, up: Up) -> Option<Camera> {
+    let framed = || used_points(&soup.points, &soup.triangles);
+    match up {
+        Up::Y => None,
+        Up::Z => Some(Camera::framing(&framed(), Vector3::new(-0.45, 1.0, -0.35), Vector3::z())),
+    }
 }
