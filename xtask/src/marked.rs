@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Attack, Attacked, apply_all};
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
-use sombrero::watermark::{Distortion, Identity, Key, Parameters, Secret, embed};
+use sombrero::watermark::{Distortion, Fingerprint, Identity, Key, Parameters, Secret, embed};
 use sombrero::{DetectOptions, Prepared, Suspect};
 use std::path::Path;
 
@@ -30,7 +30,8 @@ impl Marked {
         let surface = sombrero::Model::new(&document.soup());
         let basis = surface.basis(&parameters.basis)?;
         let secret = Secret([u8::try_from(seed).context("at most 256 seeds")?; 32]);
-        let key = Key::new(document.bytes(), Identity::default(), secret, parameters, &basis);
+        let original = Fingerprint::of(document.bytes());
+        let key = Key::new(&original, Identity::default(), secret, parameters, &basis);
         let Soup { points, triangles } = surface.soup();
         let marked = embed(points, &basis, &key.watermark, parameters.epsilon);
         let Distortion { max, rms } = Distortion::between(points, &marked);

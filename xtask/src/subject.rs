@@ -8,7 +8,7 @@ use sombrero::Prepared;
 use sombrero::extraction::{Extractor, extract};
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
-use sombrero::watermark::{Identity, Key, Parameters, Preset, Secret, embed};
+use sombrero::watermark::{Fingerprint, Identity, Key, Parameters, Preset, Secret, embed};
 use std::path::Path;
 
 /// A model of the paper with the basis of its marks.
@@ -27,7 +27,8 @@ impl Subject {
     pub(crate) fn new(document: Document, parameters: Parameters) -> anyhow::Result<Self> {
         let basis = sombrero::Model::new(&document.soup()).basis(&parameters.basis)?;
         let secret = Secret([0; 32]);
-        let key = Key::new(document.bytes(), Identity::default(), secret, &parameters, &basis);
+        let key =
+            Key::new(&Fingerprint::of(document.bytes()), Identity::default(), secret, &parameters, &basis);
         let prepared = Prepared::new(&document, key)?;
         Ok(Self { document, parameters, prepared })
     }
@@ -36,8 +37,8 @@ impl Subject {
     pub(crate) fn key(&self, rng: &mut ChaCha8Rng) -> anyhow::Result<Prepared> {
         let mut secret = Secret([0; 32]);
         rng.fill_bytes(&mut secret.0);
-        let bytes = self.document.bytes();
-        let key = Key::new(bytes, Identity::default(), secret, &self.parameters, self.prepared.basis());
+        let original = Fingerprint::of(self.document.bytes());
+        let key = Key::new(&original, Identity::default(), secret, &self.parameters, self.prepared.basis());
         Ok(self.prepared.for_key(&self.document, key)?)
     }
 

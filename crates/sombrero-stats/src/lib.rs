@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod accusation;
 mod correlation;
 mod ellipsoid;
 mod log_probability;
@@ -9,6 +10,7 @@ mod student;
 mod summary;
 mod watermark_test;
 
+pub use accusation::accuse;
 pub use correlation::{Correlation, CorrelationError, Side};
 pub use ellipsoid::{Ellipsoid, EllipsoidError, EllipsoidTest};
 pub use log_probability::LogProbability;

@@ -5,7 +5,9 @@
 //! whether the file was edited.
 
 use crate::Parameters;
-use crate::sequence::{Identity, Secret, watermark};
+use crate::sequence::{Fingerprint, Identity, Secret};
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use sombrero_basis::{Amplitudes, Basis, BasisFunction, BasisOptions};
@@ -31,6 +33,8 @@ pub struct Key {
     pub basis_sha256: [u8; 32],
     /// w, one entry a coefficient.
     pub watermark: Vec<f64>,
+    /// An RFC 3161 token (DER) for [`Key::commitment`], if one was stored: it tells since when the key has existed.
+    pub timestamp: Option<Vec<u8>>,
 }
 
 /// Why a file is not a key.
@@ -116,6 +120,9 @@ struct File {
     basis_sha256: String,
     secret: String,
     watermark: Vec<f64>,
+    /// In base64.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    timestamp: Option<String>,
 }
 
 fn paper_amplitudes() -> String {
@@ -123,24 +130,38 @@ fn paper_amplitudes() -> String {
 }
 
 impl Key {
-    /// Makes the key for marking the file with these `original` bytes by `basis`, which was built with these
-    /// `parameters`. (As many coefficients are noted as the basis has functions.)
+    /// Makes the key for marking `original` by `basis`, which was built with these `parameters`. (As many
+    /// coefficients are noted as the basis has functions.)
     pub fn new(
-        original: &[u8],
+        original: &Fingerprint,
         identity: Identity,
         secret: Secret,
         parameters: &Parameters,
         basis: &Basis,
     ) -> Self {
         let coefficients = basis.functions().len();
-        let epsilon = parameters.epsilon;
+        let basis_options = BasisOptions { coefficients, ..parameters.basis };
+        let parameters = Parameters { basis: basis_options, ..*parameters };
+        Self::with_digest(original, identity, secret, parameters, &basis.digest())
+    }
+
+    /// The same for those who make many keys for one basis, whose [`Basis::digest`] it takes; `parameters` must
+    /// have as many coefficients as the basis has functions.
+    pub fn with_digest(
+        original: &Fingerprint,
+        identity: Identity,
+        secret: Secret,
+        parameters: Parameters,
+        basis: &[u8; 32],
+    ) -> Self {
         Self {
-            watermark: watermark(original, &identity, &secret, coefficients),
+            watermark: original.watermark(&identity, &secret, parameters.basis.coefficients),
             identity,
             secret,
-            parameters: Parameters { basis: BasisOptions { coefficients, ..parameters.basis }, epsilon },
-            original_sha256: Sha256::digest(original).into(),
-            basis_sha256: matrix_digest(basis, epsilon),
+            parameters,
+            original_sha256: original.sha256(),
+            basis_sha256: matrix_digest(basis, parameters.epsilon),
+            timestamp: None,
         }
     }
 
@@ -182,6 +203,7 @@ impl Key {
             basis_sha256: hex::encode(self.basis_sha256),
             secret: self.secret.to_hex(),
             watermark: self.watermark.clone(),
+            timestamp: self.timestamp.as_ref().map(|token| BASE64_STANDARD.encode(token)),
         };
         let text = serde_json::to_string_pretty(&file).expect("strings and finite numbers are JSON");
         text + "\n"
@@ -191,51 +213,50 @@ impl Key {
     ///
     /// # Errors
     /// [`Mismatch::Original`] when it is not.
-    pub fn check_original(&self, original: &[u8]) -> Result<(), Mismatch> {
-        let found: [u8; 32] = Sha256::digest(original).into();
-        if found == self.original_sha256 {
+    pub fn check_original(&self, original: &Fingerprint) -> Result<(), Mismatch> {
+        if original.sha256() == self.original_sha256 {
             return Ok(());
         }
-        let [expected, found] = [self.original_sha256, found].map(hex::encode);
+        let [expected, found] = [self.original_sha256, original.sha256()].map(hex::encode);
         Err(Mismatch::Original { expected, found })
     }
 
-    /// Whether the key is genuine: made for these bytes, its w derived from its secret, and its basis the
+    /// Whether the key is genuine: made for this original, its w derived from its secret, and its basis the
     /// one that is computed now.
     ///
     /// # Errors
     /// The first [`Mismatch`].
-    pub fn check(&self, original: &[u8], basis: &Basis) -> Result<(), Mismatch> {
+    pub fn check(&self, original: &Fingerprint, basis: &Basis) -> Result<(), Mismatch> {
         self.check_watermark(original)?;
-        self.check_basis(basis)
+        self.check_basis(&basis.digest())
     }
 
-    /// Whether the key was made for these bytes, and its w derived from its secret.
+    /// Whether the key was made for this original, and its w derived from its secret.
     ///
     /// # Errors
     /// [`Mismatch::Original`] or [`Mismatch::Watermark`].
-    pub fn check_watermark(&self, original: &[u8]) -> Result<(), Mismatch> {
+    pub fn check_watermark(&self, original: &Fingerprint) -> Result<(), Mismatch> {
         self.check_original(original)?;
-        let derived = watermark(original, &self.identity, &self.secret, self.watermark.len());
+        let derived = original.watermark(&self.identity, &self.secret, self.watermark.len());
         match derived.iter().zip(&self.watermark).position(|(a, b)| a != b) {
             Some(coefficient) => Err(Mismatch::Watermark { coefficient }),
             None => Ok(()),
         }
     }
 
-    /// Whether `basis`, with the key's strength, is what was marked with.
+    /// Whether the basis with this [`Basis::digest`], with the key's strength, is what was marked with.
     ///
     /// # Errors
     /// [`Mismatch::Basis`] when it is not.
-    pub fn check_basis(&self, basis: &Basis) -> Result<(), Mismatch> {
+    pub fn check_basis(&self, basis: &[u8; 32]) -> Result<(), Mismatch> {
         let digest = matrix_digest(basis, self.parameters.epsilon);
         if digest == self.basis_sha256 { Ok(()) } else { Err(Mismatch::Basis) }
     }
 }
 
-fn matrix_digest(basis: &Basis, epsilon: f64) -> [u8; 32] {
+fn matrix_digest(basis: &[u8; 32], epsilon: f64) -> [u8; 32] {
     let mut hash = Sha256::new();
-    hash.update(basis.digest());
+    hash.update(basis);
     hash.update(epsilon.to_le_bytes());
     hash.finalize().into()
 }
@@ -267,7 +288,9 @@ impl TryFrom<File> for Key {
         let function = file.basis.parse::<BasisFunction>().map_err(|e| wrong("basis", e.to_string()))?;
         let amplitudes =
             file.amplitudes.parse::<Amplitudes>().map_err(|e| wrong("amplitudes", e.to_string()))?;
+        let timestamp = file.timestamp.map(|text| BASE64_STANDARD.decode(text)).transpose();
         Ok(Self {
+            timestamp: timestamp.map_err(|e| wrong("timestamp", e.to_string()))?,
             original_sha256: hash("original_sha256", &file.original_sha256)?,
             basis_sha256: hash("basis_sha256", &file.basis_sha256)?,
             secret: Secret::from_hex(&file.secret).map_err(|e| wrong("secret", e.to_string()))?,
@@ -297,12 +320,15 @@ mod tests {
 
     fn key() -> Key {
         let identity = Identity { owner: "Alice, \"2026\"".into(), recipient: "№ 7".into() };
-        Key::new(b"file", identity, Secret([9; 32]), &Preset::Paper.parameters(), &basis(5))
+        Key::new(&Fingerprint::of(b"file"), identity, Secret([9; 32]), &Preset::Paper.parameters(), &basis(5))
     }
 
     #[test]
     fn a_key_survives_its_file_to_the_bit() {
         let key = key();
+        assert!(!key.to_json().contains("timestamp"));
+        let stamped = Key { timestamp: Some(vec![0, 255, 7]), ..key.clone() };
+        assert_eq!(Key::from_json(stamped.to_json().as_bytes()), Ok(stamped));
         assert_eq!(Key::from_json(key.to_json().as_bytes()), Ok(key));
     }
 
@@ -316,19 +342,19 @@ mod tests {
 
     #[test]
     fn a_genuine_key_is_told_from_edited_ones() {
-        let (key, basis) = (key(), basis(5));
-        assert_eq!(key.check(b"file", &basis), Ok(()));
-        assert_eq!((key.check_watermark(b"file"), key.check_basis(&basis)), (Ok(()), Ok(())));
-        assert!(matches!(key.check(b"other", &basis), Err(Mismatch::Original { .. })));
+        let (key, basis, file) = (key(), basis(5), Fingerprint::of(b"file"));
+        assert_eq!(key.check(&file, &basis), Ok(()));
+        assert_eq!((key.check_watermark(&file), key.check_basis(&basis.digest())), (Ok(()), Ok(())));
+        assert!(matches!(key.check(&Fingerprint::of(b"other"), &basis), Err(Mismatch::Original { .. })));
         let mut edited = key.clone();
         edited.watermark[3] += 0.5;
-        assert_eq!(edited.check(b"file", &basis), Err(Mismatch::Watermark { coefficient: 3 }));
+        assert_eq!(edited.check(&file, &basis), Err(Mismatch::Watermark { coefficient: 3 }));
         let mut edited = key.clone();
         edited.identity.owner = "Mallory".into();
-        assert_eq!(edited.check(b"file", &basis), Err(Mismatch::Watermark { coefficient: 0 }));
+        assert_eq!(edited.check(&file, &basis), Err(Mismatch::Watermark { coefficient: 0 }));
         let mut edited = key;
         edited.parameters.epsilon *= 2.0;
-        assert_eq!(edited.check(b"file", &basis), Err(Mismatch::Basis));
+        assert_eq!(edited.check(&file, &basis), Err(Mismatch::Basis));
     }
 
     #[test]

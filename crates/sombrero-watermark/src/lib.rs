@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod commitment;
 mod embedding;
 mod key;
 mod parameters;
@@ -8,4 +9,4 @@ mod sequence;
 pub use embedding::{Distortion, embed, normal_change};
 pub use key::{Key, KeyError, Mismatch};
 pub use parameters::{Parameters, Preset, UnknownPreset};
-pub use sequence::{Identity, Secret, SecretError, watermark};
+pub use sequence::{Fingerprint, Identity, Secret, SecretError, watermark};

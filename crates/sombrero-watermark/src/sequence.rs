@@ -57,17 +57,54 @@ pub struct Identity {
     pub recipient: String,
 }
 
-/// The first `coefficients` numbers of the watermark that belongs to these bytes, texts and secret.
-pub fn watermark(original: &[u8], identity: &Identity, secret: &Secret, coefficients: usize) -> Vec<f64> {
-    let parts = [TAG, original, identity.owner.as_bytes(), identity.recipient.as_bytes(), &secret.0];
-    let mut hash = Sha256::new();
-    for part in parts {
-        hash.update((part.len() as u64).to_le_bytes());
-        hash.update(part);
+/// What watermarks and keys take from the bytes of an original: read once, for any number of copies.
+#[derive(Clone)]
+pub struct Fingerprint {
+    sha256: [u8; 32],
+    /// Tag and original are hashed; texts and secret are to come.
+    seed: Sha256,
+}
+
+impl Fingerprint {
+    /// Hashes the original file.
+    pub fn of(original: &[u8]) -> Self {
+        let mut seed = Sha256::new();
+        hash_part(&mut seed, TAG);
+        hash_part(&mut seed, original);
+        Self { sha256: Sha256::digest(original).into(), seed }
     }
-    let mut rng = ChaCha20Rng::from_seed(hash.finalize().into());
-    let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
-    (0..coefficients).map(|_| rounded(draw())).collect()
+
+    /// SHA-256 of the original file.
+    pub fn sha256(&self) -> [u8; 32] {
+        self.sha256
+    }
+
+    /// The first `coefficients` numbers of the watermark that belongs to the original, these texts and this secret.
+    pub fn watermark(&self, identity: &Identity, secret: &Secret, coefficients: usize) -> Vec<f64> {
+        let mut seed = self.seed.clone();
+        for part in [identity.owner.as_bytes(), identity.recipient.as_bytes(), &secret.0] {
+            hash_part(&mut seed, part);
+        }
+        let mut rng = ChaCha20Rng::from_seed(seed.finalize().into());
+        let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
+        (0..coefficients).map(|_| rounded(draw())).collect()
+    }
+}
+
+impl fmt::Debug for Fingerprint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Fingerprint({})", hex::encode(self.sha256))
+    }
+}
+
+fn hash_part(hash: &mut Sha256, part: &[u8]) {
+    hash.update((part.len() as u64).to_le_bytes());
+    hash.update(part);
+}
+
+/// [`Fingerprint::watermark`] for those who need a single one.
+pub fn watermark(original: &[u8], identity: &Identity, secret: &Secret, coefficients: usize) -> Vec<f64> {
+    Fingerprint::of(original).watermark(identity, secret, coefficients)
 }
 
 fn rounded(x: f64) -> f64 {

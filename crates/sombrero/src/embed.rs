@@ -8,7 +8,7 @@ use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_extraction::{ExtractError, extract};
 use sombrero_io::{Companion, Document, Limits, ParseError, Rewrite, Rewritten, WriteError};
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
-use sombrero_watermark::{Distortion, Identity, Key, Parameters, Secret, embed as insert, normal_change};
+use sombrero_watermark::{Distortion, Fingerprint, Identity, Key, Parameters, Secret, embed as insert, normal_change};
 use thiserror::Error;
 
 /// What the mark says and how strong it is.
@@ -166,7 +166,7 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
     })?;
     drop(progressive);
     let identity = options.identity.clone();
-    let key = Key::new(&original.content(), identity, secret, &options.parameters, &basis);
+    let key = Key::new(&Fingerprint::of(&original.content()), identity, secret, &options.parameters, &basis);
     let (Rewritten { bytes, companions }, moved) = seconds.time("insert", || {
         let points = insert(&model.soup().points, &basis, &key.watermark, epsilon);
         let rewritten = original.rewrite(&model.stored_from_points(&points), &options.rewrite)?;

@@ -77,7 +77,7 @@ impl StoredBasis {
             return Err(PreparedFileError::Unrelated);
         }
         let basis = basis(rest).ok_or(PreparedFileError::Damaged)?;
-        let fits = basis.functions().len() == key.watermark.len() && key.check_basis(&basis).is_ok();
+        let fits = basis.functions().len() == key.watermark.len() && key.check_basis(&basis.digest()).is_ok();
         if fits { Ok(Self(basis)) } else { Err(PreparedFileError::Unrelated) }
     }
 }
@@ -184,7 +184,7 @@ mod tests {
     use proptest::prelude::*;
     use sombrero_io::{Document, Format, encode};
     use sombrero_mesh::shapes;
-    use sombrero_watermark::{Mismatch, Preset, Secret};
+    use sombrero_watermark::{Fingerprint, Mismatch, Preset, Secret};
     use std::sync::LazyLock;
 
     static MADE: LazyLock<(Prepared, Vec<u8>)> = LazyLock::new(|| made(1, Preset::Robust));
@@ -283,7 +283,7 @@ mod tests {
             |(w, found): (&f64, &Option<f64>)| if w * found.unwrap_or(0.0) < 0.0 { -1.0 } else { 1.0 };
         let signs: Vec<f64> = key.watermark.iter().zip(&honest.extracted).map(suits).collect();
         let basis = turned(prepared.basis(), &signs);
-        let content = original.content();
+        let content = Fingerprint::of(&original.content());
         let forged = Key::new(&content, key.identity.clone(), key.secret, &key.parameters, &basis);
         let stored = StoredBasis::parse(&write(&basis, &forged), &forged).unwrap();
         let deceived = Prepared::with_stored(&original, forged, stored).unwrap();

@@ -15,7 +15,7 @@ use sombrero_io::Document;
 use sombrero_registration::{Reference, RegistrationError};
 use sombrero_resampling::ResampleError;
 use sombrero_stats::{EllipsoidError, WatermarkTestError};
-use sombrero_watermark::{Key, Mismatch};
+use sombrero_watermark::{Fingerprint, Key, Mismatch};
 use std::sync::{Arc, OnceLock};
 use thiserror::Error;
 
@@ -263,7 +263,7 @@ impl Prepared {
     }
 
     fn with_basis(original: &Document, key: Key, stored: Option<StoredBasis>) -> Result<Self, DetectError> {
-        let content = original.content();
+        let content = Fingerprint::of(&original.content());
         key.check_original(&content)?;
         let mut model = Model::new(&original.soup());
         if model.repaired().mesh.face_count() == 0 {
@@ -300,7 +300,8 @@ impl Prepared {
     /// [`DetectError::Key`] when the basis is not that of the original, [`DetectError::Basis`] when the original has
     /// none like it.
     pub fn confirm(&self) -> Result<(), DetectError> {
-        Ok(self.key.check_basis(&self.original.model.basis(&self.key.parameters.basis)?)?)
+        let basis = self.original.model.basis(&self.key.parameters.basis)?;
+        Ok(self.key.check_basis(&basis.digest())?)
     }
 
     /// The same original with another key. Costs no more than checking the key when its parameters are the same.
@@ -311,7 +312,7 @@ impl Prepared {
         if key.parameters != self.key.parameters {
             return Self::new(original, key);
         }
-        key.check(&original.content(), self.basis())?;
+        key.check(&Fingerprint::of(&original.content()), self.basis())?;
         Ok(Self { original: Arc::clone(&self.original), key })
     }
 
