@@ -1,0 +1,64 @@
+//! Whom to trust.
+
+use crate::AnchorError;
+use crate::token::clean;
+use der::Tag;
+use der::asn1::AnyRef;
+use rustls_pki_types::pem::PemObject;
+use rustls_pki_types::{CertificateDer, TrustAnchor};
+use x509_cert::name::Name;
+
+/// The certificates that are trusted without further proof, normally roots of time-stamp authorities.
+///
+/// What counts of them is name, public key and name constraints. They do not expire here: whoever gives a root trusts
+/// it (RFC 5280, section 6.1.1).
+#[derive(Debug, Clone, Default)]
+pub struct TrustAnchors(Vec<TrustAnchor<'static>>);
+
+impl TrustAnchors {
+    /// Nobody is trusted: a verification without anchors tells only that a token is whole.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// All certificates of a PEM bundle. Other sections, and text between them, are passed over.
+    ///
+    /// # Errors
+    ///
+    /// [`AnchorError`] if there is no certificate, or one cannot be read. None is left out in silence: it might be the
+    /// one that matters.
+    pub fn from_pem(pem: &[u8]) -> Result<Self, AnchorError> {
+        let mut anchors = Vec::new();
+        for (section, number) in CertificateDer::pem_slice_iter(pem).zip(1..) {
+            let certificate =
+                section.map_err(|e| AnchorError::Pem { number, detail: clean(&e.to_string()) })?;
+            let anchor = webpki::anchor_from_trusted_cert(&certificate)
+                .map_err(|e| AnchorError::Certificate { number, detail: e.to_string() })?;
+            anchors.push(anchor.to_owned());
+        }
+        if anchors.is_empty() { Err(AnchorError::Empty) } else { Ok(Self(anchors)) }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether nobody is trusted.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub(crate) fn as_slice(&self) -> &[TrustAnchor<'static>] {
+        &self.0
+    }
+}
+
+/// The distinguished name of an anchor, which keeps it without the header of its SEQUENCE.
+pub(crate) fn name(anchor: &TrustAnchor<'_>) -> String {
+    let name = AnyRef::new(Tag::Sequence, &anchor.subject).and_then(|any| any.decode_as::<Name>());
+    name.map_or_else(|_| "an anchor with an unreadable name".into(), |name| clean(&name.to_string()))
+}
