@@ -3,12 +3,17 @@
 use crate::Model;
 use crate::timing::Stages;
 use nalgebra::Point3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
+use sombrero_attacks::noise;
 use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_extraction::{ExtractError, extract};
 use sombrero_io::{Companion, Document, Limits, ParseError, Rewrite, Rewritten, WriteError};
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
-use sombrero_watermark::{Distortion, Fingerprint, Identity, Key, Parameters, Secret, embed as insert, normal_change};
+use sombrero_watermark::{
+    Distortion, Fingerprint, Identity, Key, Parameters, Secret, embed as insert, normal_change,
+};
 use thiserror::Error;
 
 /// What the mark says and how strong it is.
@@ -19,6 +24,8 @@ pub struct EmbedOptions {
     /// Take fewer coefficients, 50 at least, when the mesh cannot carry as many. Otherwise that is an
     /// error. Default: no.
     pub fewer_if_small: bool,
+    /// Lower ε so far that no vertex moves by more than this many model units. Default: `None`.
+    pub max_displacement: Option<f64>,
     /// Whose mark it is.
     pub identity: Identity,
     /// Whether stored normals turn with the surface, and the name that the copy will have.
@@ -61,6 +68,8 @@ pub struct EmbedReport {
     pub distortion: DistortionReport,
     /// log10 of the probability that an unmarked mesh would match as well, read back from the marked file.
     pub log10_p: f64,
+    /// The same by least squares after noise of 0.2 % of the largest side, one draw: what the mark is good for.
+    pub log10_p_after_noise: f64,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the owner should know.
@@ -101,6 +110,14 @@ pub enum EmbedError {
         /// What was given.
         coefficients: usize,
     },
+    /// A longest displacement that is not a positive number.
+    #[error(
+        "a longest displacement of {most} is not usable; give a number above 0, in the units of the model"
+    )]
+    Displacement {
+        /// What was given.
+        most: f64,
+    },
     /// The mesh is too small or too flat.
     #[error(transparent)]
     Basis(#[from] BasisError),
@@ -123,11 +140,16 @@ pub enum EmbedError {
     },
 }
 
-/// The mark must read back at least this well from the file just written.
+/// The mark must read back at least this well from the file just written, and should after a little noise.
 const READ_BACK: f64 = -6.0;
+
+/// The paper's attack C: noise of this amplitude, in largest sides, hides no usual mark.
+const TEST_NOISE: f64 = 0.002;
 
 /// Marks `original` with a watermark that follows from its bytes, the identity and `secret`, and checks
 /// that the marked file gives the mark back.
+///
+/// For many copies of one original make a [`Marker`] once.
 ///
 /// # Errors
 /// [`EmbedError`] when the mesh cannot carry the mark or the format cannot store it.
@@ -144,59 +166,210 @@ const READ_BACK: f64 = -6.0;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Result<Marked, EmbedError> {
-    let mut seconds = Stages::default();
-    let Parameters { basis: basis_options, epsilon } = options.parameters;
-    if !(epsilon > 0.0 && epsilon <= 1.0) {
-        return Err(EmbedError::Epsilon { epsilon });
+    let mut marker = Marker::new(original, options.parameters, options.fewer_if_small)?;
+    if let Some(most) = options.max_displacement {
+        marker.limit_displacement(most, [(&options.identity, &secret)])?;
     }
-    if basis_options.coefficients < 4 {
-        return Err(EmbedError::Coefficients { coefficients: basis_options.coefficients });
-    }
-    let model = seconds.time("weld", || Model::new(&original.soup()));
-    if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
-        return Err(EmbedError::NoFaces);
-    }
-    let mut progressive = seconds.time("conversion", || model.progressive());
-    let basis = seconds.time("basis", || match model.basis_of(&mut progressive, &basis_options) {
-        Err(BasisError::TooFewSplits { available, .. }) if options.fewer_if_small => {
-            let fewer = BasisOptions { coefficients: available.max(FEWEST), ..basis_options };
-            model.basis_of(&mut progressive, &fewer)
+    let mut marked = marker.mark(options.identity.clone(), secret, &options.rewrite)?;
+    let mut seconds = marker.seconds;
+    seconds.add(marked.report.seconds);
+    marked.report.seconds = seconds;
+    Ok(marked)
+}
+
+/// An original that is ready for any number of marked copies: the basis is computed once.
+#[derive(Debug)]
+pub struct Marker<'a> {
+    original: &'a Document,
+    model: Model,
+    basis: Basis,
+    basis_digest: [u8; 32],
+    fingerprint: Fingerprint,
+    /// With as many coefficients as the basis has.
+    parameters: Parameters,
+    /// What the least squares read from noise alone, for ε = 1.
+    noise: Vec<Option<f64>>,
+    /// What is to be said of every copy.
+    warnings: Vec<String>,
+    seconds: Stages,
+}
+
+impl<'a> Marker<'a> {
+    /// Computes the basis. `fewer_if_small` is [`EmbedOptions::fewer_if_small`].
+    ///
+    /// # Errors
+    /// [`EmbedError`] when the mesh cannot carry a mark with these parameters.
+    pub fn new(
+        original: &'a Document,
+        parameters: Parameters,
+        fewer_if_small: bool,
+    ) -> Result<Self, EmbedError> {
+        let mut seconds = Stages::default();
+        let Parameters { basis: wanted, epsilon } = parameters;
+        if !(epsilon > 0.0 && epsilon <= 1.0) {
+            return Err(EmbedError::Epsilon { epsilon });
         }
-        basis => basis,
-    })?;
-    drop(progressive);
-    let identity = options.identity.clone();
-    let key = Key::new(&Fingerprint::of(&original.content()), identity, secret, &options.parameters, &basis);
-    let (Rewritten { bytes, companions }, moved) = seconds.time("insert", || {
-        let points = insert(&model.soup().points, &basis, &key.watermark, epsilon);
-        let rewritten = original.rewrite(&model.stored_from_points(&points), &options.rewrite)?;
-        Ok::<_, WriteError>((rewritten, points))
-    })?;
-    let copy = seconds.time("read back", || {
-        // A file that needs others cannot be read from memory; then the same positions are read from one that does not.
-        let whole = if companions.is_empty() {
-            bytes.clone()
-        } else {
-            original.with_points(&model.stored_from_points(&moved))?
-        };
-        Ok::<_, EmbedError>(Document::parse_within(whole, Some(original.extension()), Limits::unlimited())?)
-    })?;
-    let log10_p = seconds.time("test", || test(&model, &basis, &key, copy.points()))?;
-    if log10_p > READ_BACK {
-        return Err(EmbedError::Lost { log10_p });
+        if wanted.coefficients < 4 {
+            return Err(EmbedError::Coefficients { coefficients: wanted.coefficients });
+        }
+        let model = seconds.time("weld", || Model::new(&original.soup()));
+        if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
+            return Err(EmbedError::NoFaces);
+        }
+        let mut progressive = seconds.time("conversion", || model.progressive());
+        let basis = seconds.time("basis", || match model.basis_of(&mut progressive, &wanted) {
+            Err(BasisError::TooFewSplits { available, .. }) if fewer_if_small => {
+                let fewer = BasisOptions { coefficients: available.max(FEWEST), ..wanted };
+                model.basis_of(&mut progressive, &fewer)
+            }
+            basis => basis,
+        })?;
+        drop(progressive);
+        let coefficients = basis.functions().len();
+        let noise = seconds.time("test", || response_to_noise(&model, &basis))?;
+        let fingerprint = seconds.time("insert", || Fingerprint::of(&original.content()));
+        Ok(Self {
+            original,
+            warnings: warnings(original, &model, wanted.coefficients, coefficients),
+            model,
+            basis_digest: basis.digest(),
+            basis,
+            fingerprint,
+            parameters: Parameters { basis: BasisOptions { coefficients, ..wanted }, epsilon },
+            noise,
+            seconds,
+        })
     }
-    let report = EmbedReport {
-        vertices: original.points().len(),
-        faces: usize::try_from(original.triangles_with_instances()).unwrap_or(usize::MAX),
-        coefficients: key.watermark.len(),
-        epsilon,
-        basis: basis_options.function.to_string(),
-        distortion: distortion(&model, &moved),
-        log10_p,
-        seconds,
-        warnings: warnings(original, &model, basis_options.coefficients, key.watermark.len()),
-    };
-    Ok(Marked { bytes, companions, points: copy.points().to_vec(), key, report })
+
+    /// Lowers ε so far that none of these marks moves a vertex by more than `most` model units, before the file rounds
+    /// it, and gives the ε that all copies now have. It is never raised.
+    ///
+    /// # Errors
+    /// [`EmbedError::Displacement`] when `most` is not above 0.
+    pub fn limit_displacement<'b>(
+        &mut self,
+        most: f64,
+        marks: impl IntoIterator<Item = (&'b Identity, &'b Secret)>,
+    ) -> Result<f64, EmbedError> {
+        if !(most > 0.0 && most.is_finite()) {
+            return Err(EmbedError::Displacement { most });
+        }
+        for (identity, secret) in marks {
+            let w = self.watermark(identity, secret);
+            let moves = self.basis.displacements(&w, 1.0);
+            let longest = moves.iter().map(|d| d.norm_squared()).fold(0.0, f64::max).sqrt();
+            if longest > 0.0 {
+                self.parameters.epsilon = self.parameters.epsilon.min(rounded_down(most / longest));
+            }
+        }
+        Ok(self.parameters.epsilon)
+    }
+
+    /// How all copies are marked.
+    pub fn parameters(&self) -> Parameters {
+        self.parameters
+    }
+
+    /// Seconds that the preparation took, by stage.
+    pub fn seconds(&self) -> &Stages {
+        &self.seconds
+    }
+
+    /// The key of the copy with this identity and secret.
+    pub fn key(&self, identity: Identity, secret: Secret) -> Key {
+        Key::with_digest(&self.fingerprint, identity, secret, self.parameters, &self.basis_digest)
+    }
+
+    /// One marked copy, tested.
+    ///
+    /// # Errors
+    /// [`EmbedError`] when the format cannot store the mark.
+    pub fn mark(&self, identity: Identity, secret: Secret, rewrite: &Rewrite) -> Result<Marked, EmbedError> {
+        let mut seconds = Stages::default();
+        let Self { original, model, basis, .. } = self;
+        let key = self.key(identity, secret);
+        let (Rewritten { bytes, companions }, moved) = seconds.time("insert", || {
+            let points = insert(&model.soup().points, basis, &key.watermark, key.parameters.epsilon);
+            let rewritten = original.rewrite(&model.stored_from_points(&points), rewrite)?;
+            Ok::<_, WriteError>((rewritten, points))
+        })?;
+        let copy = seconds.time("read back", || {
+            // A file that needs others cannot be read from memory; then the same positions are read from one that does not.
+            let whole = if companions.is_empty() {
+                bytes.clone()
+            } else {
+                original.with_points(&model.stored_from_points(&moved))?
+            };
+            Ok::<_, EmbedError>(Document::parse_within(
+                whole,
+                Some(original.extension()),
+                Limits::unlimited(),
+            )?)
+        })?;
+        let [log10_p, log10_p_after_noise] = seconds.time("test", || self.test(&key, copy.points()))?;
+        if log10_p > READ_BACK {
+            return Err(EmbedError::Lost { log10_p });
+        }
+        let mut warnings = self.warnings.clone();
+        if log10_p_after_noise > READ_BACK {
+            warnings.push(format!(
+                "The mark is weak: after noise of 0.2 % of the largest side log10 p would be {log10_p_after_noise:.1}; \
+                 raise epsilon or the number of coefficients if the model may be changed."
+            ));
+        }
+        let report = EmbedReport {
+            vertices: original.points().len(),
+            faces: usize::try_from(original.triangles_with_instances()).unwrap_or(usize::MAX),
+            coefficients: key.watermark.len(),
+            epsilon: key.parameters.epsilon,
+            basis: key.parameters.basis.function.to_string(),
+            distortion: distortion(model, &moved),
+            log10_p,
+            log10_p_after_noise,
+            seconds,
+            warnings,
+        };
+        Ok(Marked { bytes, companions, points: copy.points().to_vec(), key, report })
+    }
+
+    fn watermark(&self, identity: &Identity, secret: &Secret) -> Vec<f64> {
+        self.fingerprint.watermark(identity, secret, self.parameters.basis.coefficients)
+    }
+
+    /// log10 p of the paper's test on the stored positions of a copy, as they are and after noise. Least squares are
+    /// linear: what they read from the noisy copy is what they read from both.
+    fn test(&self, key: &Key, marked: &[Point3<f64>]) -> Result<[f64; 2], EmbedError> {
+        let found: Vec<Option<Point3<f64>>> =
+            self.model.points_from_stored(marked).into_iter().map(Some).collect();
+        let epsilon = key.parameters.epsilon;
+        let clean = extract(&self.basis, epsilon, &self.model.soup().points, &found)?.coefficients;
+        let noisy: Vec<Option<f64>> =
+            clean.iter().zip(&self.noise).map(|(w, n)| Some((*w)? + (*n)? / epsilon)).collect();
+        // Lengths agree by construction; a test that cannot be made is no evidence.
+        let log10_p = |found: &[Option<f64>]| {
+            let test = watermark_test(&key.watermark, found, &WatermarkTestOptions::default());
+            test.map_or(0.0, |test| test.log10_p())
+        };
+        Ok([log10_p(&clean), log10_p(&noisy)])
+    }
+}
+
+/// What extraction finds in an unmarked original with noise of [`TEST_NOISE`], for ε = 1.
+fn response_to_noise(model: &Model, basis: &Basis) -> Result<Vec<Option<f64>>, EmbedError> {
+    let points = &model.soup().points;
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let noisy: Vec<_> =
+        noise(points, TEST_NOISE * model.largest_side(), &mut rng).into_iter().map(Some).collect();
+    Ok(extract(basis, 1.0, points, &noisy)?.coefficients)
+}
+
+/// Two significant digits, so that a key is easy to read.
+fn rounded_down(x: f64) -> f64 {
+    let unit = 10_f64.powi(libm::floor(libm::log10(x)) as i32 - 1);
+    let rounded = (x / unit).floor() * unit;
+    // What a decimal cannot hold exactly may come out above.
+    let shown: f64 = format!("{rounded:.1e}").parse().unwrap_or(x);
+    if shown <= x { shown } else { x }
 }
 
 /// What was mended, and whether the mesh is small.
@@ -209,15 +382,6 @@ fn warnings(original: &Document, model: &Model, wanted: usize, carried: usize) -
         ));
     }
     notes
-}
-
-/// log10 p of the paper's test on the stored positions of the copy.
-fn test(model: &Model, basis: &Basis, key: &Key, marked: &[Point3<f64>]) -> Result<f64, EmbedError> {
-    let found: Vec<Option<Point3<f64>>> = model.points_from_stored(marked).into_iter().map(Some).collect();
-    let extraction = extract(basis, key.parameters.epsilon, &model.soup().points, &found)?;
-    let test = watermark_test(&key.watermark, &extraction.coefficients, &WatermarkTestOptions::default());
-    // Lengths agree by construction; a test that cannot be made is no evidence.
-    Ok(test.map_or(0.0, |test| test.log10_p()))
 }
 
 /// Over the vertices that have a face; the others do not move and count for nothing.

@@ -6,6 +6,7 @@ mod detect;
 mod embed;
 mod info;
 mod model;
+mod original;
 mod prepared_file;
 pub mod report;
 mod suspect;
@@ -14,9 +15,10 @@ mod timing;
 pub use attack::{AttackFileError, AttackedFile, attack};
 pub use compare::{CompareError, Comparison, compare};
 pub use detect::{
-    Alignment, DetectError, DetectOptions, Detection, FLOORS, Method, Prepared, Step, Test, Variant, detect,
+    Alignment, DetectError, DetectOptions, Detection, FLOORS, Keyring, Method, Named, Prepared, Rejected,
+    Step, Test, Trace, Variant, detect,
 };
-pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Marked, embed};
+pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Marked, Marker, embed};
 pub use info::{Corners, Info, info};
 pub use model::Model;
 pub use prepared_file::{PreparedFileError, StoredBasis};

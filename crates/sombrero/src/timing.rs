@@ -12,12 +12,18 @@ impl Stages {
     pub(crate) fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
-        let seconds = start.elapsed().as_secs_f64();
-        match self.0.iter_mut().find(|stage| stage.0 == name) {
-            Some(stage) => stage.1 += seconds,
-            None => self.0.push((name, seconds)),
-        }
+        self.add(Self(vec![(name, start.elapsed().as_secs_f64())]));
         result
+    }
+
+    /// Adds the stages of another job, in their order.
+    pub(crate) fn add(&mut self, other: Self) {
+        for (name, seconds) in other.0 {
+            match self.0.iter_mut().find(|stage| stage.0 == name) {
+                Some(stage) => stage.1 += seconds,
+                None => self.0.push((name, seconds)),
+            }
+        }
     }
 
     /// All stages together.

@@ -2,21 +2,25 @@
 
 mod paper;
 mod robust;
+mod search;
+mod trace;
 
 pub use robust::FLOORS;
+pub use trace::{Keyring, Named, Rejected, Trace};
 
+use crate::original::Original;
 use crate::timing::Stages;
 use crate::{Model, StoredBasis, Suspect, prepared_file};
 use nalgebra::{Matrix4, Point3};
 use serde::Serialize;
 use sombrero_basis::{Basis, BasisError};
-use sombrero_extraction::{EstimateError, ExtractError, Extractor};
+use sombrero_extraction::{EstimateError, ExtractError};
 use sombrero_io::Document;
-use sombrero_registration::{Reference, RegistrationError};
+use sombrero_registration::RegistrationError;
 use sombrero_resampling::ResampleError;
 use sombrero_stats::{EllipsoidError, WatermarkTestError};
 use sombrero_watermark::{Fingerprint, Key, Mismatch};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use thiserror::Error;
 
 /// How the coefficients are read and compared.
@@ -80,6 +84,19 @@ impl Default for DetectOptions {
             threshold: 1e-6,
             seed: 0,
         }
+    }
+}
+
+impl DetectOptions {
+    /// Whether the question makes sense.
+    fn check(&self, suspect: &Suspect) -> Result<(), DetectError> {
+        if !(self.threshold > 0.0 && self.threshold <= 1.0) {
+            return Err(DetectError::Threshold { threshold: self.threshold });
+        }
+        if suspect.soup.triangles.is_empty() {
+            return Err(DetectError::NoFaces { which: "suspect" });
+        }
+        Ok(())
     }
 }
 
@@ -233,17 +250,6 @@ pub struct Prepared {
     key: Key,
 }
 
-/// What all keys of one original and the same parameters share.
-#[derive(Debug)]
-struct Original {
-    model: Model,
-    basis: Basis,
-    triangles: Vec<[u32; 3]>,
-    /// Computed when the first suspect asks for them.
-    extractor: OnceLock<Extractor>,
-    reference: OnceLock<Reference>,
-}
-
 impl Prepared {
     /// Checks that `key` is genuine and belongs to `original`, and computes the basis.
     ///
@@ -263,25 +269,14 @@ impl Prepared {
     }
 
     fn with_basis(original: &Document, key: Key, stored: Option<StoredBasis>) -> Result<Self, DetectError> {
-        let content = Fingerprint::of(&original.content());
-        key.check_original(&content)?;
-        let mut model = Model::new(&original.soup());
-        if model.repaired().mesh.face_count() == 0 {
-            return Err(DetectError::NoFaces { which: "original" });
-        }
-        let basis = match stored {
-            Some(StoredBasis(basis)) => basis,
-            None => model.basis(&key.parameters.basis)?,
-        };
-        key.check(&content, &basis)?;
-        if basis.vertex_count() != model.soup().points.len() {
+        let fingerprint = Fingerprint::of(&original.content());
+        key.check_watermark(&fingerprint)?;
+        let original = Original::new(original, key.parameters, stored)?;
+        key.check_basis(&original.basis_digest)?;
+        if original.basis.vertex_count() != original.model.soup().points.len() {
             return Err(Mismatch::Basis.into());
         }
-        model.forget_repaired();
-        let triangles = original.triangles().to_vec();
-        let (extractor, reference) = (OnceLock::new(), OnceLock::new());
-        let original = Arc::new(Original { model, basis, triangles, extractor, reference });
-        Ok(Self { original, key })
+        Ok(Self { original: Arc::new(original), key })
     }
 
     /// The file that [`StoredBasis::parse`] reads. It holds the basis, which follows from the original: it is as
@@ -312,13 +307,14 @@ impl Prepared {
         if key.parameters != self.key.parameters {
             return Self::new(original, key);
         }
-        key.check(&Fingerprint::of(&original.content()), self.basis())?;
+        key.check_watermark(&Fingerprint::of(&original.content()))?;
+        key.check_basis(&self.original.basis_digest)?;
         Ok(Self { original: Arc::clone(&self.original), key })
     }
 
     /// A file as a suspect of this original.
     pub fn suspect(&self, file: &Document) -> Suspect {
-        Suspect::new(file, &self.original.model, &self.original.triangles)
+        self.original.suspect(file)
     }
 
     /// Looks for the mark in `suspect` in several ways, as far as options and suspect permit, and the best counts. Its
@@ -328,34 +324,11 @@ impl Prepared {
     /// # Errors
     /// [`DetectError`] when the question makes no sense.
     pub fn detect(&self, suspect: &Suspect, options: &DetectOptions) -> Result<Detection, DetectError> {
-        if !(options.threshold > 0.0 && options.threshold <= 1.0) {
-            return Err(DetectError::Threshold { threshold: options.threshold });
-        }
-        if suspect.soup.triangles.is_empty() {
-            return Err(DetectError::NoFaces { which: "suspect" });
-        }
+        options.check(suspect)?;
         match options.method {
             Method::Robust => robust::detect(self, suspect, options),
             Method::Paper => paper::detect(self, suspect, options),
         }
-    }
-
-    fn extractor(&self) -> Result<&Extractor, DetectError> {
-        let Original { model, basis, extractor, .. } = &*self.original;
-        if let Some(made) = extractor.get() {
-            return Ok(made);
-        }
-        let made = Extractor::new(basis, self.key.parameters.epsilon, model.soup())?;
-        Ok(extractor.get_or_init(|| made))
-    }
-
-    fn reference(&self) -> Result<&Reference, RegistrationError> {
-        let Original { model, reference, .. } = &*self.original;
-        if let Some(made) = reference.get() {
-            return Ok(made);
-        }
-        let made = Reference::new(&model.soup().points, &model.soup().triangles)?;
-        Ok(reference.get_or_init(|| made))
     }
 
     /// The original as the method sees it.
@@ -371,20 +344,6 @@ impl Prepared {
     /// The key.
     pub fn key(&self) -> &Key {
         &self.key
-    }
-
-    /// Share of the original's area whose three corners were found.
-    fn coverage(&self, found: &[Option<Point3<f64>>]) -> f64 {
-        let soup = self.original.model.soup();
-        let area = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|v| &soup.points[v as usize]);
-            sombrero_mesh::geometry::area_vector(a, b, c).norm()
-        };
-        let present = |corners: &&[u32; 3]| corners.iter().all(|&v| found[v as usize].is_some());
-        let total: f64 = soup.triangles.iter().map(area).sum();
-        // An empty sum is -0, which nobody wants to read.
-        let covered: f64 = 0.0 + soup.triangles.iter().filter(present).map(area).sum::<f64>();
-        if total > 0.0 { covered / total } else { 0.0 }
     }
 }
 

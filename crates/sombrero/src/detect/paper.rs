@@ -119,7 +119,12 @@ impl<'a> Search<'a> {
         }
         let (prepared, suspect) = (self.prepared, &self.suspect.soup);
         let found = self.seconds.time("registration", || {
-            register(prepared.reference()?, &suspect.points, &suspect.triangles, &RegisterOptions::default())
+            register(
+                prepared.original.reference()?,
+                &suspect.points,
+                &suspect.triangles,
+                &RegisterOptions::default(),
+            )
         })?;
         let similarity = found.reference_from_suspect;
         self.registration = Some(found);
@@ -161,7 +166,7 @@ impl<'a> Search<'a> {
             threshold: self.options.threshold,
             correlation: best.variant.correlation,
             coefficients_used: best.test.used,
-            coverage: self.prepared.coverage(&best.found),
+            coverage: self.prepared.original.coverage(&best.found),
             method: Method::Paper,
             variant: best.variant,
             variants,

@@ -1,27 +1,41 @@
 //! A detection as one HTML page that people can keep, print and hand on.
 //!
-//! The page needs nothing but itself: pictures are PNG in data URIs, the plot is SVG, there is no script and
-//! no address to load anything from. Text from outside is escaped by the template engine wherever it appears,
-//! and isolated, so that a file name written from right to left cannot turn a sentence round. The same input
-//! gives the same bytes; only the times in [`Detection::seconds`] differ from run to run.
+//! The page needs nothing but itself: pictures are PNG in data URIs, the plot is SVG, and one script, which is part of
+//! this crate and of every page, lets the shapes be turned. Without it the page says all the same. A content policy in
+//! the page forbids browsers to load anything and to run any other script. Text from outside is escaped by the
+//! template engine wherever it appears, and isolated, so that a file name written from right to left cannot turn a
+//! sentence round. The same input gives the same bytes; only the times in [`Detection::seconds`] differ from run to
+//! run.
 
+mod course;
+mod decimate;
+mod distances;
+mod evidence;
+mod motion;
 mod pictures;
 mod plot;
+mod scene;
+mod shapes;
+mod viewer;
 mod words;
 
 #[cfg(test)]
 mod tests;
 
-use crate::{Alignment, Detection, Method, Model, Test, Variant};
+pub use evidence::evidence_of;
+
+use crate::{Detection, Model};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use nalgebra::Point3;
 use pictures::Pictures;
 use plot::Plot;
+use scene::Scene;
+use shapes::Shapes;
 use sombrero_mesh::Soup;
 use sombrero_render::ImageError;
 use sombrero_watermark::Key;
 use thiserror::Error;
-use words::{decimal, odds, p_value, percent};
+use words::{count, decimal, odds, p_value, percent};
 
 /// All that a report shows. Lengths are in model units.
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +63,9 @@ pub struct DetectionReport<'a> {
     pub command: &'a str,
     /// When the test was made, in words of the caller's choice; this module reads no clock.
     pub date: Option<&'a str>,
+    /// The whole answer of the test as JSON, such as `sombrero detect --json` writes it. The page carries it
+    /// word for word in meaning, and [`evidence_of`] finds it again.
+    pub evidence: Option<&'a str>,
 }
 
 /// What tells one file from all others.
@@ -97,31 +114,36 @@ pub enum ReportError {
 ///     key_file: FileLabel { name: "vase.key", sha256: "…" },
 ///     command: "sombrero detect found.obj --original vase.obj --key vase.key",
 ///     date: None,
+///     evidence: None,
 /// })?;
 /// assert!(page.contains("The mark was found"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn detection_report(input: &DetectionReport<'_>) -> Result<String, ReportError> {
-    let pictures = Pictures::new(input)?;
+    let shapes = Shapes::new(input);
+    let pictures = Pictures::new(&shapes)?;
+    let scene = Scene::new(&shapes);
     let plot = Plot::new(&input.key.watermark, &input.detection.extracted, input.detection.variant.test);
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            (head(input))
+            (head(input, scene.as_ref()))
             body {
                 main {
                     (verdict(input))
                     (figures(input.detection))
                     (notes(input.detection))
                     (coefficients(input.detection, &plot))
-                    (pictures.section())
+                    (in_space(input, &shapes, &pictures, scene.as_ref()))
                     (meaning(input.detection))
                     (files(input))
                     (parameters(input))
-                    (course(input))
-                    (repeat(input.command))
+                    (course::section(input.detection, input.original.largest_side()))
+                    (repeat(input))
                 }
                 (footer(input.date))
+                @if let Some(json) = input.evidence { (evidence::element(json)) }
+                @if let Some(scene) = &scene { (viewer::scripts(scene)) }
             }
         }
     };
@@ -137,10 +159,11 @@ fn headline(detected: bool) -> &'static str {
     if detected { "The mark was found" } else { "No mark was found" }
 }
 
-fn head(input: &DetectionReport<'_>) -> Markup {
+fn head(input: &DetectionReport<'_>, scene: Option<&Scene>) -> Markup {
     html! {
         head {
             meta charset="utf-8";
+            meta http-equiv="Content-Security-Policy" content=(viewer::content_policy(scene));
             meta name="viewport" content="width=device-width, initial-scale=1";
             meta name="color-scheme" content="light dark";
             meta name="robots" content="noindex";
@@ -293,9 +316,7 @@ fn parameters(input: &DetectionReport<'_>) -> Markup {
                 (pair("Coefficients", html! { (parameters.basis.coefficients) }))
                 (pair("Strength ε", html! { (parameters.epsilon) }))
                 (pair("Basis function", html! { (parameters.basis.function) }))
-                (pair("Method", html! { (input.detection.method.name()) }))
-                (pair("Original", html! { (soup.points.len()) " points, " (soup.triangles.len()) " triangles" }))
-                (pair("Program", html! { "sombrero " (env!("CARGO_PKG_VERSION")) }))
+                (pair("Original", html! { (count(soup.points.len())) " points, " (count(soup.triangles.len())) " triangles" }))
             }
         }
     }
@@ -313,105 +334,43 @@ fn pair(name: &str, value: Markup) -> Markup {
     html! { div { dt { (name) } dd { (value) } } }
 }
 
-/// How the answer came about: what was tried, how the suspect was moved, how long it took.
-fn course(input: &DetectionReport<'_>) -> Markup {
-    let detection = input.detection;
+/// The shapes in space: to be turned, and as pictures.
+fn in_space(
+    input: &DetectionReport<'_>,
+    shapes: &Shapes<'_>,
+    pictures: &Pictures,
+    scene: Option<&Scene>,
+) -> Markup {
     html! {
         section {
-            h2 { "How it was tested" }
-            (variants(detection))
-            (alignment(detection.registration.as_ref(), input.original.largest_side()))
-            (timings(detection))
+            h2 { "The shapes" }
+            @if let Some(scene) = scene { (viewer::view(scene, shapes.distances.as_ref())) }
+            (pictures.gallery(shapes, input.detection.registration.is_some()))
         }
     }
 }
 
-fn variants(detection: &Detection) -> Markup {
-    let (tried, counted) = (detection.variants.len(), detection.variants_counted);
+fn repeat(input: &DetectionReport<'_>) -> Markup {
+    let command = input.command.trim();
     html! {
-        p {
-            @if tried == 1 { "One way of looking was tried" }
-            @else { (tried) " ways of looking were tried" }
-            @if counted == 1 { "." }
-            @else { "; p above is that of the best one, times " (counted) ", as many as were planned." }
-        }
-        div.scroll {
-            table {
-                thead {
-                    tr { th { "Aligned" } th { "Compared" } th { "Solved for too" } th { "Test" } th.number { "p alone" } th.number { "Correlation" } th { } }
-                }
-                tbody { @for variant in &detection.variants { (variant_row(detection.method, variant, detection.variant)) } }
-            }
-        }
-    }
-}
-
-fn compared(method: Method, resampling: bool) -> &'static str {
-    match (method, resampling) {
-        (Method::Robust, true) => "surfaces",
-        (Method::Paper, true) => "vertices, resampled",
-        (_, false) => "vertices",
-    }
-}
-
-fn test(variant: &Variant) -> String {
-    match variant.test {
-        Test::Correlation => "correlation".to_owned(),
-        Test::Ellipsoid => format!("ellipsoid, floor {}", variant.floor),
-    }
-}
-
-fn variant_row(method: Method, variant: &Variant, winner: Variant) -> Markup {
-    let word = |yes: bool| if yes { "yes" } else { "no" };
-    let counts = *variant == winner;
-    html! {
-        tr class=[counts.then_some("winner")] {
-            td { (word(variant.registration)) }
-            td { (compared(method, variant.resampling)) }
-            td { (variant.nuisance) }
-            td { (test(variant)) }
-            td.number { (p_value(variant.log10_p)) }
-            td.number { (decimal(variant.correlation, 3)) }
-            td { @if counts { "counts" } }
-        }
-    }
-}
-
-fn alignment(alignment: Option<&Alignment>, side: f64) -> Markup {
-    let Some(Alignment { matrix, rms, .. }) = alignment else {
-        return html! { p { "The suspect was compared where it lies, without moving it." } };
-    };
-    html! {
-        p {
-            "The suspect was moved onto the original by this matrix. The two are then " (percent(rms / side))
-            " of the largest side apart (root mean square)."
-        }
-        div.scroll {
-            table.matrix { tbody { @for row in matrix { tr { @for value in row { td.number { (decimal(*value, 6)) } } } } } }
-        }
-    }
-}
-
-fn timings(detection: &Detection) -> Markup {
-    html! {
-        p.timings {
-            "Time: "
-            @for (stage, seconds) in &detection.seconds.0 { (stage) " " (decimal(*seconds, 3)) " s, " }
-            "together " (decimal(detection.seconds.total(), 3)) " s."
-        }
-    }
-}
-
-fn repeat(command: &str) -> Markup {
-    html! {
-        @if !command.trim().is_empty() {
+        @if !command.is_empty() || input.evidence.is_some() {
             section {
                 h2 { "To repeat the test" }
-                p {
-                    "Check that the three files have the hashes above, then run this with the same version of the program. "
-                    "Every figure must come out the same; only the times differ."
+                @if !command.is_empty() {
+                    p {
+                        "Check that the three files have the hashes above, then run this with the same version of the "
+                        "program. Every figure must come out the same; only the times differ."
+                    }
+                    pre tabindex="0" { code { (command) } }
                 }
-                pre { code { (command) } }
+                @if input.evidence.is_some() {
+                    p {
+                        "This page also carries its figures for programs. The following line reads them from the page, "
+                        "repeats the test with the files that they name, and says whether all is as it is written here. "
+                        code { "REPORT.html" } " stands for this page."
+                    }
+                    pre tabindex="0" { code { "sombrero verify REPORT.html" } }
+                }
             }
         }
     }
@@ -423,6 +382,7 @@ fn footer(date: Option<&str>) -> Markup {
             p {
                 "Made by sombrero " (env!("CARGO_PKG_VERSION"))
                 @if let Some(date) = date { ", " (outside(date)) }
+                "; the view in space is drawn by three.js " (viewer::THREE_VERSION)
                 ". The method is that of E. Praun, H. Hoppe and A. Finkelstein, “Robust Mesh Watermarking”, SIGGRAPH 1999."
             }
         }

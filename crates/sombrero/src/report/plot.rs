@@ -96,7 +96,11 @@ impl Plot {
             text +=
                 &format!(", {} missing because their part of the surface was not found", self.missing.len());
         }
-        text + "."
+        text += ".";
+        if self.used.iter().chain(&self.dropped).any(|[w, e]| w.abs().max(e.abs()) > self.reach) {
+            text += " Points beyond the frame are drawn at its edge.";
+        }
+        text
     }
 
     fn axes(&self) -> Markup {
@@ -144,7 +148,7 @@ impl Plot {
             ul.legend {
                 li { (swatch(circle)) "compared" }
                 @if !self.dropped.is_empty() {
-                    li { (swatch(cross(8.0, 8.0, 4.0))) "dropped, beyond ±" (limit) " (at the edge if outside)" }
+                    li { (swatch(cross(8.0, 8.0, 4.0))) "dropped, beyond ±" (limit) }
                 }
                 @if !self.missing.is_empty() {
                     li { (swatch(html! { path.missing d="M8 14v-12" {} })) "missing on the suspect" }

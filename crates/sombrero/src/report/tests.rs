@@ -1,7 +1,7 @@
 //! The page as a whole.
 
 use super::*;
-use crate::{DetectOptions, EmbedOptions, Prepared, Step, embed};
+use crate::{Alignment, DetectOptions, EmbedOptions, Prepared, Step, Test, embed};
 use sombrero_io::{Document, Format, encode};
 use sombrero_mesh::shapes;
 use sombrero_watermark::{Identity, Secret};
@@ -30,6 +30,7 @@ impl Case {
             key_file: file("vase.key"),
             command: "sombrero detect copy.obj --original vase.obj --key vase.key",
             date: Some("12 May 2026"),
+            evidence: None,
         }
     }
 }
@@ -73,8 +74,10 @@ fn page(case: &Case) -> String {
     detection_report(&case.input()).unwrap()
 }
 
-/// The page without the pictures' bytes, in which any few letters may occur.
+/// The page without scripts and the pictures' bytes, in which any few letters may occur.
 fn without_pictures(page: &str) -> String {
+    let page =
+        page.split_once("<script type=\"application/json\" id=\"sombrero-scene\">").map_or(page, |p| p.0);
     let mut parts = page.split("data:image/png;base64,");
     let mut text = parts.next().unwrap().to_owned();
     parts.for_each(|part| text += part.split_once('"').unwrap().1);
@@ -104,14 +107,52 @@ fn both_verdicts() {
 }
 
 #[test]
-fn nothing_is_loaded_or_run() {
+fn nothing_is_loaded_and_one_script_is_run() {
     let page = page(&cases()[0]);
-    assert_eq!(page.matches("src=").count(), 3);
-    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 3);
     let text = without_pictures(&page);
-    for word in ["http", "href", "url(", "@import", "//", "<script", "<link", "<iframe"] {
+    assert_eq!(text.matches("src=").count(), 3);
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 3);
+    for word in ["http:", "https:", "href", "url(", "@import", "//", "<script", "<link", "<iframe"] {
         assert!(!text.contains(word), "{word}");
     }
+    assert!(
+        text.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:;")
+    );
+    assert!(text.contains("script-src 'sha256-") && !text.contains("unsafe-eval"));
+    // The scene, and the script that reads it.
+    assert_eq!((page.matches("<script").count(), page.matches("</script>").count()), (2, 2));
+    assert!(page.ends_with("</script></body></html>"));
+}
+
+#[test]
+fn the_view_waits_for_its_script_and_stays_off_paper() {
+    let text = page(&cases()[0]);
+    assert!(text.contains("<div class=\"view\" id=\"view\" hidden>"));
+    assert!(text.contains("With JavaScript and WebGL there is a view here"));
+    for mode in ["original", "suspect", "both", "distance"] {
+        assert!(text.contains(&format!("data-mode=\"{mode}\"")), "{mode}");
+    }
+    let style = include_str!("style.css");
+    let print = style.split_once("@media print {").unwrap().1;
+    assert!(print.contains(".view, #view-missing { display: none; }"));
+    assert!(style.contains(":focus-visible { outline: 2px solid"));
+}
+
+#[test]
+fn evidence_is_carried_and_the_line_that_checks_it_shown() {
+    let case = marked();
+    let line = "sombrero verify REPORT.html";
+    let without = page(&case);
+    assert!(!without.contains(line) && evidence_of(&without).is_none());
+    let json = "{\"file\":\"</script><script>\u{202e}\\\"&'\u{2028}\",\"p\":1e-9}";
+    let input = DetectionReport { evidence: Some(json), ..case.input() };
+    let text = detection_report(&input).unwrap();
+    assert!(text.contains(line));
+    let escaped =
+        "{\"file\":\"\\u003c/script\\u003e\\u003cscript\\u003e\u{202e}\\\"\\u0026'\\u2028\",\"p\":1e-9}";
+    assert_eq!(evidence_of(&text), Some(escaped));
+    // Evidence, scene and script.
+    assert_eq!(text.matches("<script").count(), 3);
 }
 
 #[test]
@@ -135,7 +176,7 @@ fn text_from_outside_is_escaped() {
         ..case.input()
     };
     let text = detection_report(&input).unwrap();
-    assert!(!text.contains("<script") && !text.contains("alert(\""));
+    assert!(!without_pictures(&text).contains("<script") && !text.contains("alert(\""));
     // Title, lead (2), date, warning, files (6), owner, recipient, command, foot.
     assert_eq!(text.matches("&lt;script&gt;alert(&quot;1&quot;)&lt;/script&gt;&amp;'").count(), 15);
 }
@@ -216,6 +257,7 @@ fn an_empty_suspect_and_missing_points_are_named() {
     case.found[0] = None;
     let text = page(&case);
     assert!(text.contains("It has no surface to draw."));
+    assert!(!text.contains("data-mode=\"suspect\"") && !text.contains("data-mode=\"both\""));
     assert!(text.contains("One point was not found on the suspect"));
     let unknown = DetectionReport { found: None, ..case.input() };
     assert!(detection_report(&unknown).unwrap().contains("it is not known which point"));
@@ -226,11 +268,13 @@ fn registration_moves_the_suspect_before_it_is_drawn() {
     let elsewhere = "in a frame of its own";
     let mut case = marked();
     case.suspect.points.iter_mut().for_each(|p| p.x += 100.0);
-    assert!(page(&case).contains(elsewhere));
+    let text = page(&case);
+    assert!(text.contains(elsewhere) && !text.contains("data-mode=\"both\""));
     let mut matrix = [[0.0; 4]; 4];
     (0..4).for_each(|k| matrix[k][k] = 1.0);
     matrix[0][3] = -100.0;
     case.detection.registration = Some(alignment(matrix, 0.001));
     let text = page(&case);
-    assert!(!text.contains(elsewhere) && text.contains("−100.000000"));
+    assert!(!text.contains(elsewhere) && text.contains("−100.000000") && text.contains("data-mode=\"both\""));
+    assert!(text.contains("not turned by as much as 0.01°, left in its size"));
 }

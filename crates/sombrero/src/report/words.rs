@@ -71,7 +71,15 @@ pub(super) fn odds(log10_p: f64) -> Markup {
 /// Two significant digits, thousands set apart.
 fn grouped(value: f64) -> String {
     let unit = 10_f64.powf((value.log10() - 1.0).floor().max(0.0));
-    let digits = decimal((value / unit).round() * unit, 0);
+    in_thousands(&decimal((value / unit).round() * unit, 0))
+}
+
+/// How many, thousands set apart.
+pub(super) fn count(number: usize) -> String {
+    in_thousands(&number.to_string())
+}
+
+fn in_thousands(digits: &str) -> String {
     let mut text = String::new();
     for (place, digit) in digits.chars().enumerate() {
         if place > 0 && (digits.len() - place).is_multiple_of(3) {
@@ -92,6 +100,11 @@ mod tests {
         assert_eq!(decimal(-0.001, 2), "0.00");
         assert_eq!(decimal(f64::NAN, 2), "–");
         assert_eq!(decimal(-1e300, 3), "−1.00e300");
+    }
+
+    #[test]
+    fn thousands_are_set_apart() {
+        assert_eq!([0, 999, 1000, 1_234_567].map(count), ["0", "999", "1,000", "1,234,567"]);
     }
 
     #[test]

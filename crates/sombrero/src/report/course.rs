@@ -1,0 +1,120 @@
+//! How the answer came about: what was tried, how the suspect was moved, how long it took.
+
+use super::viewer::THREE_VERSION;
+use super::words::{decimal, p_value, percent};
+use super::{motion, pair};
+use crate::{Alignment, Detection, Method, Test, Variant};
+use maud::{Markup, html};
+
+/// `side` is the largest side of the original.
+pub(super) fn section(detection: &Detection, side: f64) -> Markup {
+    html! {
+        section {
+            h2 { "How it was tested" }
+            (parameters(detection))
+            h3 { "What was tried" }
+            (variants(detection))
+            h3 { "How the suspect was moved" }
+            (alignment(detection.registration.as_ref(), side))
+            h3 { "How long it took" }
+            (timings(detection))
+        }
+    }
+}
+
+fn parameters(detection: &Detection) -> Markup {
+    html! {
+        dl.pairs {
+            (pair("Method", html! { (detection.method.name()) }))
+            (pair("Threshold for p", p_value(detection.threshold.log10())))
+            (pair("Ways of looking", html! { (detection.variants_counted) }))
+            (pair("Program", html! { "sombrero " (env!("CARGO_PKG_VERSION")) }))
+            (pair("View in space", html! { "three.js " (THREE_VERSION) }))
+        }
+    }
+}
+
+fn variants(detection: &Detection) -> Markup {
+    let (tried, counted) = (detection.variants.len(), detection.variants_counted);
+    html! {
+        p {
+            @if tried == 1 { "One way of looking was tried" }
+            @else { (tried) " ways of looking were tried" }
+            @if counted == 1 { "." }
+            @else { "; p above is that of the best one, times " (counted) ", as many as were planned." }
+        }
+        div.scroll tabindex="0" role="region" aria-label="What was tried" {
+            table {
+                thead {
+                    tr {
+                        @for name in ["Aligned", "Compared", "Solved for too", "Test"] { th scope="col" { (name) } }
+                        @for name in ["p alone", "Correlation"] { th.number scope="col" { (name) } }
+                        th scope="col" { "Counts" }
+                    }
+                }
+                tbody { @for variant in &detection.variants { (variant_row(detection.method, variant, detection.variant)) } }
+            }
+        }
+    }
+}
+
+fn compared(method: Method, resampling: bool) -> &'static str {
+    match (method, resampling) {
+        (Method::Robust, true) => "surfaces",
+        (Method::Paper, true) => "vertices, resampled",
+        (_, false) => "vertices",
+    }
+}
+
+fn test(variant: &Variant) -> String {
+    match variant.test {
+        Test::Correlation => "correlation".to_owned(),
+        Test::Ellipsoid => format!("ellipsoid, floor {}", variant.floor),
+    }
+}
+
+fn variant_row(method: Method, variant: &Variant, winner: Variant) -> Markup {
+    let word = |yes: bool| if yes { "yes" } else { "no" };
+    let counts = *variant == winner;
+    html! {
+        tr class=[counts.then_some("winner")] {
+            td { (word(variant.registration)) }
+            td { (compared(method, variant.resampling)) }
+            td { (variant.nuisance) }
+            td { (test(variant)) }
+            td.number { (p_value(variant.log10_p)) }
+            td.number { (decimal(variant.correlation, 3)) }
+            td { @if counts { "this one" } }
+        }
+    }
+}
+
+fn alignment(alignment: Option<&Alignment>, side: f64) -> Markup {
+    let Some(Alignment { matrix, rms, overlap, .. }) = alignment else {
+        return html! { p { "The suspect was compared where it lies, without moving it." } };
+    };
+    html! {
+        p {
+            "The suspect was moved onto the original" @if let Some(words) = motion::in_words(matrix, side) { ": " (words) }
+            ". The two are then " (percent(rms / side)) " of the largest side apart (root mean square), and "
+            (percent(*overlap)) " of the original’s surface has a counterpart on the suspect."
+        }
+        p { "This matrix moves it, points taken as columns:" }
+        div.scroll tabindex="0" role="region" aria-label="The matrix" {
+            table.matrix { tbody { @for row in matrix { tr { @for value in row { td.number { (decimal(*value, 6)) } } } } } }
+        }
+    }
+}
+
+fn timings(detection: &Detection) -> Markup {
+    html! {
+        @if detection.seconds.0.is_empty() {
+            p.timings { "No times were taken." }
+        } @else {
+            p.timings {
+                @for (stage, seconds) in &detection.seconds.0 { (stage) " " (decimal(*seconds, 3)) " s, " }
+                "together " (decimal(detection.seconds.total(), 3)) " s."
+            }
+        }
+    }
+}
