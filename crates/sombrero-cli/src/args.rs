@@ -1,6 +1,7 @@
 //! The command line, as `--help` shows it.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::{Deserialize, Serialize};
 use sombrero::attacks::Attack;
 use sombrero::basis::BasisFunction;
 use sombrero::io::Limits;
@@ -11,14 +12,23 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "sombrero", version, propagate_version = true, arg_required_else_help = true)]
 #[command(after_help = "Exit status: 0 done (detect: found), 1 no watermark found, 2 any failure.\n\
-    Formats: OBJ, PLY, STL, OFF, glTF/GLB, 3MF, told by content. Try `sombrero demo`.")]
+    Formats: OBJ, PLY, STL, OFF, glTF/GLB, 3MF, told by content. `-` is standard input or output.\n\
+    Try `sombrero demo`.")]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
 
-    /// Print exactly one JSON object on stdout.
+    /// Print exactly one JSON object on stdout; one a line where there are several inputs.
     #[arg(long, global = true)]
     pub(crate) json: bool,
+
+    /// Print nothing but errors: no answer (but --json's), no progress.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+
+    /// Say on stderr how long each stage took.
+    #[arg(short, long, global = true)]
+    pub(crate) verbose: bool,
 
     /// Threads to use; the result does not depend on it. Default: all cores.
     #[arg(long, global = true, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1024))]
@@ -63,12 +73,25 @@ pub(crate) enum Command {
     /// Mark a mesh file: a copy with invisible changes, and the secret key that finds them again.
     #[command(
         after_help = "Example: sombrero embed vase.obj -o vase-marked.obj --key vase.key --owner \"A. Museum\"\n\
-        Keep the original file and the key secret, and publish the marked copy."
+        A copy for each buyer: sombrero embed vase.obj --recipients buyers.csv --out-dir copies\n\
+        All models of a folder: sombrero embed models --out-dir marked\n\
+        Keep the original file and the keys secret, and publish the marked copies. With --out-dir, keys go to\n\
+        DIR/keys, and what is there already is kept: a run that was broken off goes on where it was.\n\
+        buyers.csv has a first line of names and a column `recipient`; a column `file` names the copies."
     )]
     Embed(Embed),
     /// Tell whether a suspect mesh carries the mark.
-    #[command(after_help = "Example: sombrero detect found.obj --original vase.obj --key vase.key")]
+    #[command(
+        after_help = "Example: sombrero detect found.obj --original vase.obj --key vase.key --report found.html\n\
+        Several: sombrero detect downloads more.stl --original vase.obj --key vase.key --json\n\
+        Of a folder all files with a mesh's extension are looked at. Exit status: the worst of all."
+    )]
     Detect(Detect),
+    /// Find out whose copy a suspect mesh is, among many keys of one original.
+    #[command(after_help = "Example: sombrero trace leaked.obj --original vase.obj --keys copies/keys\n\
+        Several who averaged their copies are named too. The chance to name anybody who had no part is at most the\n\
+        threshold, however many keys there are. For evidence against one of them, use `detect` with that key.")]
+    Trace(Trace),
     /// Apply attacks to a mesh, to see what the mark survives.
     #[command(
         after_help = "Example: sombrero attack marked.obj -o noisy.obj noise:amplitude=0.002 smooth:iterations=10\n\
@@ -98,12 +121,31 @@ pub(crate) enum Command {
         It writes vase.key.prepared, which `detect` then uses: worth it for many suspects of a large original.\n\
         Keep it as private as the original.")]
     Prepare(Prepare),
-    /// Derive watermark and basis again and say whether a key is genuine.
-    #[command(after_help = "Example: sombrero verify vase.key --original vase.obj")]
+    /// Check a key, or every figure of a report, by deriving all of it again.
+    #[command(after_help = "Example: sombrero verify vase.key --original vase.obj\n\
+        A report: sombrero verify found.html\n\
+        A report is a page of `detect --report`, or what `detect --json` printed. The files that it names are read\n\
+        again, from where it was made or beside the report; other places can be given. Exit status 1: a figure differs.")]
     Verify(Verify),
+    /// Commit to a key before publishing: the digest to have timestamped, and the token to keep with the key.
+    #[command(after_help = "Example: sombrero commit vase.obj --key vase.key\n\
+        It prints a digest and writes vase.key.tsq, a request by RFC 3161. Send it to a timestamping authority, then\n\
+        sombrero commit vase.obj --key vase.key --token vase.key.tsr --ca authority.pem\n\
+        stores the answer in the key, and `verify` checks it.\n\
+        What this proves: key, owner's and recipient's text and original existed at that time, in this form. What not:\n\
+        who had them, who made the model, or that nobody had it before.")]
+    Commit(Commit),
     /// Make models, mark and attack them, look for the marks: a table, meshes, keys, a picture and a report.
     #[command(after_help = "Example: sombrero demo -o demo")]
     Demo(Demo),
+    /// Print what a shell needs to complete commands and options.
+    #[command(
+        after_help = "Example: sombrero completions bash > ~/.local/share/bash-completion/completions/sombrero"
+    )]
+    Completions(Completions),
+    /// Write the manual pages.
+    #[command(after_help = "Example: sombrero man -o ~/.local/share/man/man1")]
+    Man(Man),
 }
 
 /// A number that one can compute with.
@@ -114,14 +156,21 @@ fn finite(text: &str) -> Result<f64, String> {
 
 #[derive(Debug, Args)]
 pub(crate) struct Embed {
-    /// The mesh to mark. It stays as it is.
-    pub(crate) input: PathBuf,
+    /// The mesh to mark; with --out-dir several, and folders of them. They stay as they are.
+    #[arg(required = true, value_name = "INPUT")]
+    pub(crate) inputs: Vec<PathBuf>,
     /// The marked copy, in the same format.
-    #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
+    #[arg(short, long, value_name = "FILE", required_unless_present = "out_dir")]
+    pub(crate) output: Option<PathBuf>,
     /// The key to write: secret, readable by you alone.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) key: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "out_dir")]
+    pub(crate) key: Option<PathBuf>,
+    /// A folder for many copies; their keys go to its subfolder `keys`.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "key"])]
+    pub(crate) out_dir: Option<PathBuf>,
+    /// A copy and a key for each line of this CSV file, which has a column `recipient`.
+    #[arg(long, value_name = "CSV", requires = "out_dir", conflicts_with = "recipient")]
+    pub(crate) recipients: Option<PathBuf>,
     /// Whose mark it is.
     #[arg(long, value_name = "TEXT", default_value = "")]
     pub(crate) owner: String,
@@ -138,10 +187,14 @@ pub(crate) struct Embed {
     /// Strength of the mark. Default: the preset's, 0.0088 or 0.01.
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) epsilon: Option<f64>,
+    /// Lower epsilon so far that no vertex moves by more than this, in the units of the model.
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) max_displacement: Option<f64>,
     /// Basis function: sombrero, derby or hat. Default: sombrero.
     #[arg(long, value_name = "NAME")]
     pub(crate) basis: Option<BasisFunction>,
-    /// A file with the secret, 64 hexadecimal digits. Default: a new one from the operating system.
+    /// A file with the secret, 64 hexadecimal digits. Default: the environment's SOMBRERO_SECRET, else a new one
+    /// from the operating system. With --out-dir each copy has a secret of its own that follows from it.
     #[arg(long, value_name = "FILE")]
     pub(crate) secret_file: Option<PathBuf>,
     /// Turn stored normals and tangents as the surface turns. Default: they are data and stay.
@@ -152,7 +205,8 @@ pub(crate) struct Embed {
     pub(crate) force: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Method {
     /// What else was done to the shape is solved for too; several tests.
     Robust,
@@ -160,7 +214,17 @@ pub(crate) enum Method {
     Paper,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+impl From<Method> for sombrero::Method {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Robust => Self::Robust,
+            Method::Paper => Self::Paper,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Step {
     /// With and without; the better one counts.
     Auto,
@@ -170,10 +234,21 @@ pub(crate) enum Step {
     Never,
 }
 
+impl From<Step> for sombrero::Step {
+    fn from(step: Step) -> Self {
+        match step {
+            Step::Auto => Self::Auto,
+            Step::Always => Self::Always,
+            Step::Never => Self::Never,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Detect {
-    /// The mesh to look at.
-    pub(crate) suspect: PathBuf,
+    /// The meshes to look at, and folders of them.
+    #[arg(required = true, value_name = "SUSPECT")]
+    pub(crate) suspects: Vec<PathBuf>,
     /// The file that was marked, exactly.
     #[arg(long, value_name = "FILE")]
     pub(crate) original: PathBuf,
@@ -196,7 +271,8 @@ pub(crate) struct Detect {
     /// The mark counts as found when the probability of a chance match is at most this.
     #[arg(long, value_name = "P", default_value_t = 1e-6, allow_negative_numbers = true, value_parser = finite)]
     pub(crate) threshold: f64,
-    /// Write a report for people: one HTML page with plot and pictures.
+    /// Write a report for people: one HTML page with plot, pictures and a view to turn. With several suspects a
+    /// folder, where each has its page.
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     /// Seed of the points that resampling draws on the suspect.
@@ -288,11 +364,83 @@ pub(crate) struct Prepare {
 
 #[derive(Debug, Args)]
 pub(crate) struct Verify {
-    /// The key.
-    pub(crate) key: PathBuf,
-    /// The file that it was made for.
+    /// The key, or the report.
+    #[arg(value_name = "KEY|REPORT")]
+    pub(crate) file: PathBuf,
+    /// The file that the key was made for. A report names it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) original: Option<PathBuf>,
+    /// For a report: the suspect, if it is elsewhere now.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) suspect: Option<PathBuf>,
+    /// For a report: the key, if it is elsewhere now.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) key: Option<PathBuf>,
+    /// Certificates (PEM) of the timestamping authorities that you trust.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) ca: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Trace {
+    /// The mesh to look at.
+    pub(crate) suspect: PathBuf,
+    /// The file that was marked, exactly.
     #[arg(long, value_name = "FILE")]
     pub(crate) original: PathBuf,
+    /// The folder with the keys of all copies.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) keys: PathBuf,
+    /// Align the suspect to the original first (similarity: turned, moved, scaled).
+    #[arg(long, value_enum, default_value_t = Step::Auto)]
+    pub(crate) registration: Step,
+    /// Compare surfaces instead of vertices.
+    #[arg(long, value_enum, default_value_t = Step::Auto)]
+    pub(crate) resampling: Step,
+    /// A recipient is named when the chance that anybody without a part matches as well is at most this.
+    #[arg(long, value_name = "P", default_value_t = 1e-6, allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) threshold: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Commit {
+    /// The file that was marked.
+    pub(crate) input: PathBuf,
+    /// Its key.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) key: PathBuf,
+    /// The request to write. Default: KEY.tsq.
+    #[arg(short, long, value_name = "FILE", conflicts_with = "token")]
+    pub(crate) output: Option<PathBuf>,
+    /// Also write the statement that the digest is of. It opens the commitment and is as secret as the key.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) statement: Option<PathBuf>,
+    /// The authority's answer, to be checked and stored in the key.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) token: Option<PathBuf>,
+    /// Certificates (PEM) of the timestamping authorities that you trust.
+    #[arg(long, value_name = "FILE", requires = "token")]
+    pub(crate) ca: Option<PathBuf>,
+    /// Replace outputs that exist, or a token that the key has.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// The shell.
+    #[arg(value_enum)]
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Man {
+    /// The folder for one page a command. Default: the page of `sombrero` to standard output.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace pages that exist.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]

@@ -8,8 +8,8 @@ use std::process::ExitCode;
 /// A failure. Serializes as the object under `error`.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Failure {
-    /// One word for programs: usage, read, write, mesh, key, secret, prepared, suspect, needs_resampling, attack,
-    /// unavailable, internal.
+    /// One word for programs: usage, read, write, mesh, key, keys, secret, recipients, prepared, suspect,
+    /// needs_resampling, attack, report, timestamp, internal.
     kind: &'static str,
     /// One sentence: what and where it is, and what to do about it.
     message: String,
@@ -32,13 +32,22 @@ impl Failure {
 
     /// Prints it and gives the exit status.
     pub(crate) fn report(&self, json: bool) -> ExitCode {
+        self.print(serde_json::json!({ "error": self }), json);
+        ExitCode::from(2)
+    }
+
+    /// Prints it as one of several answers: in JSON the object also names the input by its role.
+    pub(crate) fn report_for(&self, role: &str, input: &Path, json: bool) {
+        self.print(serde_json::json!({ role: input.display().to_string(), "error": self }), json);
+    }
+
+    fn print(&self, object: serde_json::Value, json: bool) {
+        // When nobody listens the status still tells.
         if json {
-            let _ = crate::say(&serde_json::json!({ "error": self }).to_string());
+            let _ = crate::say(&object.to_string());
         } else {
-            // When nobody listens the status still tells.
             let _ = writeln!(std::io::stderr(), "sombrero: {}", self.message);
         }
-        ExitCode::from(2)
     }
 }
 

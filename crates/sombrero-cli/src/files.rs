@@ -1,17 +1,105 @@
 //! Reading keys and secrets, and care with outputs.
 
 use crate::failure::Failure;
+use crate::{Answer, Context, Outcome};
 use sombrero::StoredBasis;
-use sombrero::io::{Limits, Overwrite, read_bytes};
+use sombrero::io::{Document, Format, Limits, Output, Overwrite, ReadError, read_bytes, write_together};
 use sombrero::watermark::{Key, Secret};
+use std::ffi::OsStr;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// A key of a million coefficients has about 20 MB.
 pub(crate) const LARGEST_KEY: u64 = 64 << 20;
 
+/// Standard input, or standard output.
+pub(crate) fn is_standard(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// A mesh from a file or from standard input.
+pub(crate) fn read_mesh(path: &Path, limits: Limits) -> Result<Document, Failure> {
+    if !is_standard(path) {
+        return Ok(Document::read_within(path, limits)?);
+    }
+    let name = || PathBuf::from("standard input");
+    let bytes = read_standard_input(limits)?;
+    let parsed = Document::parse_within(bytes, None, limits);
+    Ok(parsed.map_err(|source| ReadError::Parse { path: name(), source })?)
+}
+
+fn read_standard_input(limits: Limits) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    // One byte over the limit tells.
+    let read = std::io::stdin().lock().take(limits.max_bytes.saturating_add(1)).read_to_end(&mut bytes);
+    let path = || PathBuf::from("standard input");
+    read.map_err(|source| ReadError::Io { path: path(), source })?;
+    if bytes.len() as u64 > limits.max_bytes {
+        return Err(ReadError::TooLarge { path: path(), limit: limits.max_bytes }.into());
+    }
+    Ok(bytes)
+}
+
+/// Files with a mesh's extension directly in a folder, in the order of their names.
+pub(crate) fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let is_mesh = |path: &PathBuf| {
+        let extension = path.extension().and_then(OsStr::to_str);
+        extension.and_then(Format::from_extension).is_some() && path.is_file()
+    };
+    let meshes: Vec<PathBuf> = entries(folder)?.into_iter().filter(is_mesh).collect();
+    if meshes.is_empty() {
+        let message = format!(
+            "{}: not a regular file, but a folder without mesh files; give another one",
+            folder.display()
+        );
+        return Err(Failure::new("read", message));
+    }
+    Ok(meshes)
+}
+
+/// What a folder holds, in the order of the names.
+pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let failed = |source| Failure::from(ReadError::Io { path: folder.to_owned(), source });
+    let listed = std::fs::read_dir(folder).map_err(failed)?;
+    let mut paths =
+        listed.map(|entry| Ok(entry.map_err(failed)?.path())).collect::<Result<Vec<_>, Failure>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// Writes all files or none; the one to standard output last, when nothing else can fail.
+pub(crate) fn write_all(outputs: &[Output<'_>], force: bool) -> Result<(), Failure> {
+    let (standard, files): (Vec<Output<'_>>, Vec<_>) = outputs.iter().partition(|o| is_standard(o.path));
+    write_together(&files, overwrite(force))?;
+    for output in standard {
+        let mut out = std::io::stdout().lock();
+        let written = out.write_all(output.bytes).and_then(|()| out.flush());
+        written.map_err(|e| Failure::new("write", format!("standard output: cannot be written ({e})")))?;
+    }
+    Ok(())
+}
+
+/// The answer of a command that wrote to `output`: out of the way if that was standard output.
+pub(crate) fn answered(output: &Path, answer: Answer) -> Outcome {
+    if is_standard(output) { Outcome::Aside(answer) } else { Outcome::Answer(answer) }
+}
+
+/// A mesh and a JSON object cannot share standard output.
+pub(crate) fn check_standard_output(output: &Path, context: &Context) -> Result<(), Failure> {
+    if is_standard(output) && context.json {
+        let message = "--json and the output `-` both want standard output; give the output a name";
+        return Err(Failure::new("usage", message));
+    }
+    Ok(())
+}
+
 pub(crate) fn read_key(path: &Path) -> Result<Key, Failure> {
-    let bytes = read_small(path, LARGEST_KEY)?;
-    Key::from_json(&bytes).map_err(|e| Failure::about("key", path, &e))
+    parse_key(path, &read_small(path, LARGEST_KEY)?)
+}
+
+/// A key from what the file holds.
+pub(crate) fn parse_key(path: &Path, bytes: &[u8]) -> Result<Key, Failure> {
+    Key::from_json(bytes).map_err(|e| Failure::about("key", path, &e))
 }
 
 /// Where `prepare` writes and `detect` looks unless told otherwise: KEY.prepared.
@@ -26,26 +114,35 @@ pub(crate) fn read_prepared(path: &Path, key: &Key, limits: Limits) -> Result<St
     StoredBasis::parse(&bytes, key).map_err(|e| Failure::about("prepared", path, &e))
 }
 
-/// The secret in a file of 64 hexadecimal digits, or a new one from the operating system.
-pub(crate) fn secret(path: Option<&Path>) -> Result<Secret, Failure> {
-    let Some(path) = path else {
-        let mut bytes = [0; 32];
-        return match getrandom::fill(&mut bytes) {
-            Ok(()) => Ok(Secret(bytes)),
-            Err(e) => Err(Failure::new(
-                "secret",
-                format!("the operating system gives no randomness ({e}); use --secret-file"),
-            )),
-        };
+/// The environment variable that may hold a secret.
+const SECRET: &str = "SOMBRERO_SECRET";
+
+/// The secret in a file of 64 hexadecimal digits, or in the environment, if one is given.
+pub(crate) fn given_secret(path: Option<&Path>) -> Result<Option<Secret>, Failure> {
+    let (text, place) = match (path, std::env::var_os(SECRET)) {
+        (Some(path), _) => (String::from_utf8_lossy(&read_small(path, 4096)?).into_owned(), path),
+        (None, Some(value)) => (value.to_string_lossy().into_owned(), Path::new(SECRET)),
+        (None, None) => return Ok(None),
     };
-    let bytes = read_small(path, 4096)?;
-    let text = String::from_utf8_lossy(&bytes);
-    Secret::from_hex(&text).map_err(|e| Failure::about("secret", path, &e))
+    Secret::from_hex(&text).map(Some).map_err(|e| Failure::about("secret", place, &e))
 }
 
-/// The whole of a regular file that is no larger than `most` bytes.
+/// A new secret from the operating system.
+pub(crate) fn new_secret() -> Result<Secret, Failure> {
+    let mut bytes = [0; 32];
+    match getrandom::fill(&mut bytes) {
+        Ok(()) => Ok(Secret(bytes)),
+        Err(e) => {
+            let message = format!("the operating system gives no randomness ({e}); use --secret-file");
+            Err(Failure::new("secret", message))
+        }
+    }
+}
+
+/// The whole of a regular file, or of standard input, that is no larger than `most` bytes.
 pub(crate) fn read_small(path: &Path, most: u64) -> Result<Vec<u8>, Failure> {
-    Ok(read_bytes(path, Limits::default().with_max_bytes(most))?)
+    let limits = Limits::default().with_max_bytes(most);
+    if is_standard(path) { read_standard_input(limits) } else { Ok(read_bytes(path, limits)?) }
 }
 
 pub(crate) fn overwrite(force: bool) -> Overwrite {
@@ -59,10 +156,16 @@ fn place(path: &Path) -> Option<PathBuf> {
 }
 
 /// Refuses outputs that exist before any work is done, unless `force`; and always those that are an input
-/// or each other.
+/// or each other. Standard input can be read once, and standard output written once.
 pub(crate) fn check_outputs(outputs: &[&Path], inputs: &[&Path], force: bool) -> Result<(), Failure> {
+    for (paths, name) in [(outputs, "output"), (inputs, "input")] {
+        if paths.iter().filter(|path| is_standard(path)).count() > 1 {
+            let message = format!("two files cannot both be standard {name}; give one of them a name");
+            return Err(Failure::new("usage", message));
+        }
+    }
     let same = |a: &Path, b: &Path| a == b || matches!((place(a), place(b)), (Some(a), Some(b)) if a == b);
-    for (i, output) in outputs.iter().enumerate() {
+    for (i, output) in outputs.iter().enumerate().filter(|(_, output)| !is_standard(output)) {
         if inputs.iter().any(|input| same(output, input)) {
             let message =
                 format!("{}: the output would replace an input; choose another name", output.display());

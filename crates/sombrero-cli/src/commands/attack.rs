@@ -3,12 +3,12 @@
 use crate::args::AttackArgs;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::{Answer, files};
+use crate::{Answer, Context, Outcome, files};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sombrero::attack;
-use sombrero::io::{Document, Limits, write_atomically};
+use sombrero::io::{Access, Output};
 
 #[derive(Serialize)]
 struct Report {
@@ -20,14 +20,16 @@ struct Report {
     kept_file: bool,
 }
 
-pub(crate) fn run(args: &AttackArgs, limits: Limits) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &AttackArgs, context: &Context) -> Result<Outcome, Failure> {
+    files::check_standard_output(&args.output, context)?;
     files::check_outputs(&[&args.output], &[&args.input], args.force)?;
     let _progress = Progress::new(format!("attacking {}", args.input.display()));
-    let document = Document::read_within(&args.input, limits)?;
+    let document = files::read_mesh(&args.input, context.limits)?;
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     let attacked =
         attack(&document, &args.attacks, &mut rng).map_err(|e| Failure::about("attack", &args.input, &e))?;
-    write_atomically(&args.output, &attacked.bytes, files::overwrite(args.force))?;
+    let output = Output { path: &args.output, bytes: &attacked.bytes, access: Access::Usual };
+    files::write_all(&[output], args.force)?;
     let report = Report {
         output: args.output.display().to_string(),
         attacks: args.attacks.iter().map(ToString::to_string).collect(),
@@ -45,5 +47,5 @@ pub(crate) fn run(args: &AttackArgs, limits: Limits) -> Result<Answer, Failure> 
         report.vertices,
         report.faces,
     );
-    Answer::new(text, &report)
+    Ok(files::answered(&args.output, Answer::new(text, &report)?))
 }

@@ -1,15 +1,15 @@
 //! `sombrero compare`.
 
-use crate::Answer;
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use sombrero::io::{Document, Limits};
+use crate::{Answer, Context, files};
 use sombrero::{CompareError, compare};
 
-pub(crate) fn run(args: &Compare, limits: Limits) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Compare, context: &Context) -> Result<Answer, Failure> {
+    files::check_outputs(&[], &[&args.a, &args.b], false)?;
     let _progress = Progress::new("comparing");
-    let (a, b) = (Document::read_within(&args.a, limits)?, Document::read_within(&args.b, limits)?);
+    let (a, b) = (files::read_mesh(&args.a, context.limits)?, files::read_mesh(&args.b, context.limits)?);
     let c = compare(&a, &b).map_err(|e| failure(args, &e))?;
     let mut lines = vec![
         format!("{} and {}", args.a.display(), args.b.display()),

@@ -233,6 +233,7 @@ impl Case {
             key_file,
             command: &format!("sombrero detect {} --original {} --key {}", names[1], names[0], names[2]),
             date: None,
+            evidence: None,
         });
         let page = page.map_err(|e| failed(&e))?;
         let path = folder.join(format!("{}-report.html", self.name));

@@ -1,70 +1,200 @@
-//! `sombrero detect`.
+//! `sombrero detect`: one suspect, or several against one original.
 
-use crate::args::{Detect, Method, Step};
+use crate::args::Detect;
+use crate::evidence::{Evidence, FileHash, Files, PROGRAM, Settings};
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::{Answer, files};
+use crate::{Answer, Context, Outcome, batch, files};
 use serde::Serialize;
-use sha2::{Digest, Sha256};
-use sombrero::io::{Document, Limits, write_atomically};
-use sombrero::mesh::Soup;
+use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::report::{DetectionReport, FileLabel, detection_report};
 use sombrero::watermark::Key;
-use sombrero::{DetectError, DetectOptions, Detection, Prepared, StoredBasis};
+use sombrero::{DetectError, DetectOptions, Detection, Prepared, StoredBasis, Suspect};
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// For programs.
 #[derive(Serialize)]
 struct Report<'a> {
+    suspect: &'a str,
     #[serde(flatten)]
     detection: &'a Detection,
     /// Whether the basis came from a prepared file.
     prepared: bool,
+    #[serde(flatten)]
+    evidence: &'a Evidence,
 }
 
-pub(crate) fn run(args: &Detect, limits: Limits) -> Result<Answer, Failure> {
-    let outputs: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
+pub(crate) fn run(args: &Detect, context: &Context) -> Result<Outcome, Failure> {
     let beside = files::beside_key(&args.key);
     let prepared_file = args.prepared.as_deref().unwrap_or(&beside);
-    let inputs = [&args.suspect, &args.original, &args.key].map(PathBuf::as_path);
-    files::check_outputs(&outputs, &[&inputs[..], &[prepared_file]].concat(), args.force)?;
-    let _progress = Progress::new(format!("looking at {}", args.suspect.display()));
-    let key = files::read_key(&args.key)?;
-    let original = Document::read_within(&args.original, limits)?;
-    let suspect = Document::read_within(&args.suspect, limits)?;
-    let options = DetectOptions {
-        method: method(args.method),
-        registration: step(args.registration),
-        resampling: step(args.resampling),
-        threshold: args.threshold,
-        seed: args.seed,
-    };
-    let (stored, note) = stored(args, prepared_file, &key, limits)?;
-    let from_file = stored.is_some();
-    let start = Instant::now();
-    let prepared = match stored {
-        Some(stored) => Prepared::with_stored(&original, key, stored),
-        None => Prepared::new(&original, key),
-    };
-    let prepared = prepared.map_err(|e| failure(args, &e))?;
-    let preparation = ("preparation", start.elapsed().as_secs_f64());
-    let suspect_sha256 = args.report.as_ref().map(|_| hex::encode(Sha256::digest(suspect.content())));
-    let looked_at = prepared.suspect(&suspect);
-    // Detection needs the memory.
-    drop((original, suspect));
-    let mut detection = prepared.detect(&looked_at, &options).map_err(|e| failure(args, &e))?;
-    detection.seconds.0.insert(0, preparation);
-    detection.warnings.extend(note);
-    if detection.detected && from_file {
-        detection.warnings.extend(vouch(args, &prepared)?);
+    let suspects = batch::expand(&args.suspects)?;
+    let mut inputs: Vec<&Path> = suspects.iter().map(PathBuf::as_path).collect();
+    inputs.extend([args.original.as_path(), args.key.as_path(), prepared_file]);
+    let one = batch::is_one(&args.suspects);
+    let outputs: Vec<&Path> = args.report.iter().filter(|_| one).map(PathBuf::as_path).collect();
+    files::check_outputs(&outputs, &inputs, args.force)?;
+    if outputs.iter().any(|output| files::is_standard(output)) {
+        return Err(Failure::new("usage", "a report is a page for a browser; give it the name of a file"));
     }
-    if let Some((path, suspect_sha256)) = args.report.as_ref().zip(suspect_sha256) {
-        let page = report(args, &prepared, &looked_at.soup, suspect_sha256, &detection)?;
-        write_atomically(path, page.as_bytes(), files::overwrite(args.force))?;
+
+    let progress = Progress::new(format!("reading {}", args.original.display()));
+    let looker = Looker::new(args, prepared_file, context.limits)?;
+    drop(progress);
+    match (suspects.as_slice(), &args.report) {
+        ([suspect], report) if one => Ok(Outcome::Answer(looker.look(suspect, report.as_deref())?)),
+        (_, None) => batch::each(&suspects, "suspect", context, |suspect| looker.look(suspect, None)),
+        (_, Some(folder)) => {
+            std::fs::create_dir_all(folder).map_err(|e| Failure::about("write", folder, &e))?;
+            batch::each(&suspects, "suspect", context, |suspect| {
+                let name = suspect.file_name().unwrap_or(suspect.as_os_str());
+                let page = folder.join(name).with_added_extension("html");
+                files::check_outputs(&[&page], &inputs, args.force)?;
+                looker.look(suspect, Some(&page))
+            })
+        }
     }
-    let answer = Answer::new(text(args, &detection), &Report { detection: &detection, prepared: from_file })?;
-    Ok(Answer { found: detection.detected, ..answer })
+}
+
+/// An original and a key that any number of suspects are held against.
+struct Looker<'a> {
+    args: &'a Detect,
+    limits: Limits,
+    prepared: Prepared,
+    /// Whether the basis came from a prepared file, and what is to be said of it.
+    from_file: bool,
+    note: Option<String>,
+    /// Whether the basis was derived anew, which the first mark that is found asks for.
+    confirmed: OnceCell<()>,
+    original: FileHash,
+    key: FileHash,
+    preparation: f64,
+}
+
+impl<'a> Looker<'a> {
+    fn new(args: &'a Detect, prepared_file: &Path, limits: Limits) -> Result<Self, Failure> {
+        let bytes = files::read_small(&args.key, files::LARGEST_KEY)?;
+        let key = files::parse_key(&args.key, &bytes)?;
+        let original = files::read_mesh(&args.original, limits)?;
+        let (stored, note) = stored(args, prepared_file, &key, limits)?;
+        let from_file = stored.is_some();
+        let start = Instant::now();
+        let prepared = match stored {
+            Some(stored) => Prepared::with_stored(&original, key, stored),
+            None => Prepared::new(&original, key),
+        };
+        Ok(Self {
+            args,
+            limits,
+            prepared: prepared.map_err(|e| failure(args, &args.original, &e))?,
+            from_file,
+            note,
+            confirmed: OnceCell::new(),
+            original: FileHash::new(&args.original, &original.content()),
+            key: FileHash::new(&args.key, &bytes),
+            preparation: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Looks at one suspect, and writes its report to `page`.
+    fn look(&self, path: &Path, page: Option<&Path>) -> Result<Answer, Failure> {
+        let Self { args, prepared, .. } = self;
+        let _progress = Progress::new(format!("looking at {}", path.display()));
+        let file = files::read_mesh(path, self.limits)?;
+        let evidence = self.evidence(path, &file);
+        let suspect = prepared.suspect(&file);
+        // Detection needs the memory.
+        drop(file);
+        let options = evidence.settings.options();
+        let mut detection = prepared.detect(&suspect, &options).map_err(|e| failure(args, path, &e))?;
+        detection.seconds.0.insert(0, ("preparation", self.preparation));
+        detection.warnings.extend(self.note.clone());
+        if detection.detected && self.from_file {
+            detection.warnings.extend(self.vouch()?);
+        }
+        let report = Report {
+            suspect: &evidence.files.suspect.path,
+            detection: &detection,
+            prepared: self.from_file,
+            evidence: &evidence,
+        };
+        let answer = Answer::new(text(path, &detection), &report)?.found_if(detection.detected);
+        if let Some(page) = page {
+            let html = self.page(&suspect, &detection, &evidence, &answer.json.to_string())?;
+            let output = Output { path: page, bytes: html.as_bytes(), access: Access::Usual };
+            files::write_all(&[output], args.force)?;
+        }
+        Ok(answer)
+    }
+
+    fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
+        let Detect { method, registration, resampling, threshold, seed, .. } = *self.args;
+        Evidence {
+            program: PROGRAM.to_owned(),
+            files: Files {
+                suspect: FileHash::new(path, &suspect.content()),
+                original: self.original.clone(),
+                key: self.key.clone(),
+            },
+            settings: Settings { method, registration, resampling, threshold, seed },
+        }
+    }
+
+    /// Key and prepared file may have been made up together, and then any suspect has the mark. So what was found with
+    /// a file that happens to lie beside the key is confirmed without it; with one that the user vouches for, the
+    /// answer says so.
+    fn vouch(&self) -> Result<Option<String>, Failure> {
+        let Some(path) = &self.args.prepared else {
+            if self.confirmed.get().is_none() {
+                self.prepared.confirm().map_err(|e| failure(self.args, &self.args.original, &e))?;
+            }
+            self.confirmed.get_or_init(|| ());
+            return Ok(None);
+        };
+        Ok(Some(format!(
+            "The basis was taken from {} and not derived anew, which `sombrero verify` does.",
+            path.display()
+        )))
+    }
+
+    /// The report's page; hashes are those of the files as they were read.
+    fn page(
+        &self,
+        suspect: &Suspect,
+        detection: &Detection,
+        evidence: &Evidence,
+        json: &str,
+    ) -> Result<String, Failure> {
+        let Files { suspect: suspect_file, original, key } = &evidence.files;
+        let input = DetectionReport {
+            detection,
+            key: self.prepared.key(),
+            original: self.prepared.model(),
+            suspect: &suspect.soup,
+            found: Some(&detection.found),
+            original_file: FileLabel { name: &original.path, sha256: &original.sha256 },
+            suspect_file: FileLabel { name: &suspect_file.path, sha256: &suspect_file.sha256 },
+            key_file: FileLabel { name: &key.path, sha256: &key.sha256 },
+            command: &evidence.command(),
+            date: None,
+            evidence: Some(json),
+        };
+        detection_report(&input).map_err(|e| Failure::new("internal", e.to_string()))
+    }
+}
+
+/// The figures of one detection as `detect --json` prints them, from files wherever they are now.
+pub(crate) fn figures(
+    suspect: &Document,
+    original: &Document,
+    key: Key,
+    options: &DetectOptions,
+) -> Result<serde_json::Value, DetectError> {
+    let prepared = Prepared::new(original, key)?;
+    let detection = prepared.detect(&prepared.suspect(suspect), options)?;
+    // Only numbers, texts and lists: there is nothing that JSON cannot hold.
+    Ok(serde_json::to_value(&detection).unwrap_or_default())
 }
 
 /// The stored basis where there is one to be used, or a sentence that says why the one beside the key is not.
@@ -85,111 +215,21 @@ fn stored(
     }
 }
 
-/// Key and prepared file may have been made up together, and then any suspect has the mark. So what was found with a
-/// file that happens to lie beside the key is confirmed without it; with one that the user vouches for, the answer says so.
-fn vouch(args: &Detect, prepared: &Prepared) -> Result<Option<String>, Failure> {
-    let Some(path) = &args.prepared else {
-        prepared.confirm().map_err(|e| failure(args, &e))?;
-        return Ok(None);
-    };
-    Ok(Some(format!(
-        "The basis was taken from {} and not derived anew, which `sombrero verify` does.",
-        path.display()
-    )))
-}
-
-/// The report's page; hashes are those of the files as they were read.
-fn report(
-    args: &Detect,
-    prepared: &Prepared,
-    suspect: &Soup,
-    suspect_sha256: String,
-    detection: &Detection,
-) -> Result<String, Failure> {
-    let key = prepared.key();
-    let hashes = [
-        hex::encode(key.original_sha256),
-        suspect_sha256,
-        hex::encode(Sha256::digest(files::read_small(&args.key, files::LARGEST_KEY)?)),
-    ];
-    let names = [&args.original, &args.suspect, &args.key].map(|p| p.display().to_string());
-    let [original_file, suspect_file, key_file] =
-        std::array::from_fn(|i| FileLabel { name: &names[i], sha256: &hashes[i] });
-    let command = format!(
-        "sombrero detect {} --original {} --key {} --method {} --threshold {:e} --registration {} --resampling {} --seed {}",
-        quoted(&names[1]),
-        quoted(&names[0]),
-        quoted(&names[2]),
-        method(args.method).name(),
-        args.threshold,
-        word(args.registration),
-        word(args.resampling),
-        args.seed
-    );
-    let input = DetectionReport {
-        detection,
-        key,
-        original: prepared.model(),
-        suspect,
-        found: Some(&detection.found),
-        original_file,
-        suspect_file,
-        key_file,
-        command: &command,
-        date: None,
-    };
-    detection_report(&input).map_err(|e| Failure::new("internal", e.to_string()))
-}
-
-/// As the command line has it.
-fn word(step: Step) -> &'static str {
-    match step {
-        Step::Auto => "auto",
-        Step::Always => "always",
-        Step::Never => "never",
-    }
-}
-
-/// For a POSIX shell.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/+:".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
-}
-
-fn method(method: Method) -> sombrero::Method {
-    match method {
-        Method::Robust => sombrero::Method::Robust,
-        Method::Paper => sombrero::Method::Paper,
-    }
-}
-
-fn step(step: Step) -> sombrero::Step {
-    match step {
-        Step::Auto => sombrero::Step::Auto,
-        Step::Always => sombrero::Step::Always,
-        Step::Never => sombrero::Step::Never,
-    }
-}
-
 /// Names the file that the error is about.
-fn failure(args: &Detect, error: &DetectError) -> Failure {
+fn failure(args: &Detect, suspect: &Path, error: &DetectError) -> Failure {
     match error {
         DetectError::Key(_) | DetectError::Basis(_) => Failure::about("key", &args.key, error),
         DetectError::NoFaces { which: "original" } => Failure::about("mesh", &args.original, error),
-        DetectError::NeedsResampling => Failure::about("needs_resampling", &args.suspect, error),
+        DetectError::NeedsResampling => Failure::about("needs_resampling", suspect, error),
         DetectError::Threshold { .. } => Failure::new("usage", error.to_string()),
-        _ => Failure::about("suspect", &args.suspect, error),
+        _ => Failure::about("suspect", suspect, error),
     }
 }
 
-fn text(args: &Detect, d: &Detection) -> String {
+fn text(suspect: &Path, d: &Detection) -> String {
     let verdict = if d.detected { "FOUND: the mark is in" } else { "NOT FOUND: the mark was not found in" };
     let mut lines = vec![
-        format!("{verdict} {}", args.suspect.display()),
+        format!("{verdict} {}", suspect.display()),
         format!(
             "  log10 p       {:.1} (threshold {:.1}): the chance that an unmarked mesh matches as well",
             d.log10_p,

@@ -1,15 +1,14 @@
 //! `sombrero info`.
 
-use crate::Answer;
 use crate::args::Info as Args;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use sombrero::io::{Document, Limits};
+use crate::{Answer, Context, files};
 use sombrero::{Info, info};
 
-pub(crate) fn run(args: &Args, limits: Limits) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("reading {}", args.mesh.display()));
-    let info = info(&Document::read_within(&args.mesh, limits)?);
+    let info = info(&files::read_mesh(&args.mesh, context.limits)?);
     Answer::new(text(args, &info), &info)
 }
 

@@ -3,10 +3,10 @@
 use crate::args::Prepare;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::{Answer, files};
+use crate::{Answer, Context, files};
 use serde::Serialize;
 use sombrero::Prepared;
-use sombrero::io::{Access, Document, Limits, Output, write_together};
+use sombrero::io::{Access, Output};
 
 #[derive(Serialize)]
 struct Report {
@@ -16,17 +16,17 @@ struct Report {
     bytes: usize,
 }
 
-pub(crate) fn run(args: &Prepare, limits: Limits) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Prepare, context: &Context) -> Result<Answer, Failure> {
     let path = args.output.clone().unwrap_or_else(|| files::beside_key(&args.key));
     files::check_outputs(&[&path], &[&args.original, &args.key], args.force)?;
     let _progress = Progress::new(format!("preparing {}", args.original.display()));
     let key = files::read_key(&args.key)?;
-    let original = Document::read_within(&args.original, limits)?;
+    let original = files::read_mesh(&args.original, context.limits)?;
     let prepared = Prepared::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
     let bytes = prepared.to_file();
     // The basis tells of the original's shape, which is as private as the key.
     let output = Output { path: &path, bytes: &bytes, access: Access::Private };
-    write_together(&[output], files::overwrite(args.force))?;
+    files::write_all(&[output], args.force)?;
     let report = Report {
         output: path.display().to_string(),
         vertices: prepared.basis().vertex_count(),

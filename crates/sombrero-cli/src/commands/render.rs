@@ -3,11 +3,11 @@
 use crate::args::{Render, Up};
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::{Answer, files};
+use crate::{Answer, Context, Outcome, files};
 use nalgebra::Vector3;
 use serde::Serialize;
 use sombrero::Model;
-use sombrero::io::{Access, Document, Limits, Output, write_together};
+use sombrero::io::{Access, Limits, Output};
 use sombrero::mesh::Soup;
 use sombrero::render::{Camera, HeatMap, RenderOptions, Wireframe, render, used_points};
 use sombrero::spatial::Surface;
@@ -23,14 +23,15 @@ struct Report {
     scale: Option<[f64; 2]>,
 }
 
-pub(crate) fn run(args: &Render, limits: Limits) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Render, context: &Context) -> Result<Outcome, Failure> {
+    files::check_standard_output(&args.output, context)?;
     let inputs: Vec<&Path> =
         [Some(&args.mesh), args.compare.as_ref()].into_iter().flatten().map(|p| p.as_path()).collect();
     files::check_outputs(&[&args.output], &inputs, args.force)?;
     let _progress = Progress::new(format!("drawing {}", args.mesh.display()));
-    let soup = read(&args.mesh, limits)?;
+    let soup = read(&args.mesh, context.limits)?;
     let distances = match &args.compare {
-        Some(other) => Some(distances(&soup, &read(other, limits)?)),
+        Some(other) => Some(distances(&soup, &read(other, context.limits)?)),
         None => None,
     };
     let scale =
@@ -47,10 +48,7 @@ pub(crate) fn run(args: &Render, limits: Limits) -> Result<Answer, Failure> {
     };
     let image = render(&soup.points, &soup.triangles, &options);
     let png = image.to_png().map_err(|e| Failure::new("internal", e.to_string()))?;
-    write_together(
-        &[Output { path: &args.output, bytes: &png, access: Access::Usual }],
-        files::overwrite(args.force),
-    )?;
+    files::write_all(&[Output { path: &args.output, bytes: &png, access: Access::Usual }], args.force)?;
     let mut text = format!("drew {} → {}", args.mesh.display(), args.output.display());
     if let (Some([_, high]), Some(other)) = (scale, &args.compare) {
         text += &format!(
@@ -64,12 +62,12 @@ pub(crate) fn run(args: &Render, limits: Limits) -> Result<Answer, Failure> {
         height: options.height,
         scale,
     };
-    Answer::new(text, &report)
+    Ok(files::answered(&args.output, Answer::new(text, &report)?))
 }
 
 /// A mesh with something to draw. Vertices of equal position are one, so that seams do not show.
 fn read(path: &Path, limits: Limits) -> Result<Soup, Failure> {
-    let soup = Model::new(&Document::read_within(path, limits)?.soup()).soup().clone();
+    let soup = Model::new(&files::read_mesh(path, limits)?.soup()).soup().clone();
     if soup.triangles.is_empty() {
         let message =
             format!("{}: the file has no usable face; a picture needs triangles or polygons", path.display());

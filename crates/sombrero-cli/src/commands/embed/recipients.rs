@@ -1,0 +1,272 @@
+//! A copy and a key for each line of a list of buyers. The basis is computed once.
+
+use super::copies::{is_done, make_folders, own_secret, the_one_input};
+use super::{Place, rewrite};
+use crate::args::Embed;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::{Answer, Context, Outcome, files};
+use rayon::prelude::*;
+use serde::Serialize;
+use sombrero::watermark::{Fingerprint, Identity, Secret};
+use sombrero::{EmbedReport, Marker};
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+/// A list of a million buyers has some 50 MB.
+const LARGEST_LIST: u64 = 256 << 20;
+
+/// So many failures are told one by one.
+const MOST_TOLD: usize = 10;
+
+/// The summary.
+#[derive(Serialize)]
+struct Report {
+    input: String,
+    out_dir: String,
+    written: usize,
+    kept: usize,
+    failed: usize,
+    copies: Vec<Copy>,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct Copy {
+    recipient: String,
+    output: String,
+    key: String,
+    #[serde(flatten)]
+    fate: Fate,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "status", rename_all = "lowercase")]
+enum Fate {
+    Written(Box<EmbedReport>),
+    Kept,
+    Failed { error: Failure },
+}
+
+/// One line of the list.
+struct Job {
+    identity: Identity,
+    output: PathBuf,
+    key: PathBuf,
+}
+
+pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -> Result<Outcome, Failure> {
+    let start = Instant::now();
+    let progress = Progress::new(format!("marking {}", args.inputs[0].display()));
+    let given = files::given_secret(args.secret_file.as_deref())?;
+    let (input, original) = the_one_input(args, context)?;
+    let rows = read_rows(list)?;
+    let keys = make_folders(folder)?;
+    let jobs = jobs(args, input, folder, &keys, rows);
+    let content = original.content();
+    let fingerprint = Fingerprint::of(&content);
+
+    let done = |job: &Job| {
+        let place = Place { input, output: &job.output, key: &job.key };
+        if args.force { Ok(false) } else { is_done(args, &place, &job.identity, &fingerprint) }
+    };
+    let mut fates: Vec<Option<Fate>> = jobs
+        .par_iter()
+        .map(|job| match done(job) {
+            Ok(true) => Some(Fate::Kept),
+            Ok(false) => None,
+            Err(error) => Some(Fate::Failed { error }),
+        })
+        .collect();
+
+    if fates.iter().any(Option::is_none) {
+        let failed = |e: &dyn std::error::Error| Failure::about("mesh", input, e);
+        let secrets: Vec<Secret> =
+            jobs.iter().map(|job| own_secret(given, &content, &job.identity)).collect::<Result<_, _>>()?;
+        let mut marker = Marker::new(&original, super::parameters(args), args.coefficients.is_none())
+            .map_err(|e| failed(&e))?;
+        if let Some(most) = args.max_displacement {
+            let marks = jobs.iter().zip(&secrets).zip(&fates).filter(|(_, fate)| fate.is_none());
+            let marks = marks.map(|((job, secret), _)| (&job.identity, secret));
+            marker.limit_displacement(most, marks).map_err(|e| failed(&e))?;
+        }
+        let total = fates.iter().filter(|fate| fate.is_none()).count();
+        let made = AtomicUsize::new(0);
+        let mark = |job: &Job, secret: &Secret| {
+            let place = Place { input, output: &job.output, key: &job.key };
+            files::check_outputs(&[place.output, place.key], &[input, list], args.force)?;
+            let marked = marker
+                .mark(job.identity.clone(), *secret, &rewrite(args, place.output))
+                .map_err(|e| failed(&e))?;
+            super::write(&marked, &original, &place, &[input, list], args.force, context.limits)?;
+            Ok(Fate::Written(Box::new(marked.report)))
+        };
+        fates.par_iter_mut().zip(&jobs).zip(&secrets).filter(|((fate, _), _)| fate.is_none()).for_each(
+            |((fate, job), secret)| {
+                *fate = Some(mark(job, secret).unwrap_or_else(|error| Fate::Failed { error }));
+                progress.count(made.fetch_add(1, Ordering::Relaxed) + 1, total);
+            },
+        );
+    }
+    drop(progress);
+    let report = report(input, folder, jobs, fates, start);
+    let status = if report.failed > 0 { 2 } else { 0 };
+    let answer = Answer::new(text(&report), &report)?;
+    Ok(Outcome::Answer(Answer { status, ..answer }))
+}
+
+fn report(input: &Path, folder: &Path, jobs: Vec<Job>, fates: Vec<Option<Fate>>, start: Instant) -> Report {
+    let copies: Vec<Copy> = jobs
+        .into_iter()
+        .zip(fates)
+        .map(|(job, fate)| Copy {
+            recipient: job.identity.recipient,
+            output: job.output.display().to_string(),
+            key: job.key.display().to_string(),
+            fate: fate.unwrap_or(Fate::Kept),
+        })
+        .collect();
+    let count = |which: fn(&Fate) -> bool| copies.iter().filter(|copy| which(&copy.fate)).count();
+    Report {
+        input: input.display().to_string(),
+        out_dir: folder.display().to_string(),
+        written: count(|fate| matches!(fate, Fate::Written(_))),
+        kept: count(|fate| matches!(fate, Fate::Kept)),
+        failed: count(|fate| matches!(fate, Fate::Failed { .. })),
+        copies,
+        seconds: start.elapsed().as_secs_f64(),
+    }
+}
+
+fn text(report: &Report) -> String {
+    let mut lines =
+        vec![format!("marked {} for {} recipients → {}", report.input, report.copies.len(), report.out_dir)];
+    let kept = if report.kept > 0 { format!(", {} kept from before", report.kept) } else { String::new() };
+    let failed = if report.failed > 0 { format!(", {} failed", report.failed) } else { String::new() };
+    lines.push(format!("  copies        {} written{kept}{failed}", report.written));
+    lines.push(format!(
+        "  keys          {}/keys (secret; keep them together with the original)",
+        report.out_dir
+    ));
+    let written = || {
+        report.copies.iter().filter_map(|copy| match &copy.fate {
+            Fate::Written(report) => Some(report),
+            _ => None,
+        })
+    };
+    if let Some(first) = written().next() {
+        let longest = written().map(|r| r.distortion.relative_max).fold(0.0, f64::max);
+        let weakest = written().map(|r| r.log10_p_after_noise).fold(f64::NEG_INFINITY, f64::max);
+        lines.push(format!(
+            "  mark          {} coefficients, {} basis, epsilon {}",
+            first.coefficients, first.basis, first.epsilon
+        ));
+        lines.push(format!("  displacement  at most {longest:.5} of the largest side"));
+        lines.push(format!(
+            "  read back     after noise of 0.2 % log10 p of the weakest would be {weakest:.1}"
+        ));
+    }
+    lines.push(format!("  seconds       {:.2}", report.seconds));
+    let notes: BTreeSet<&String> = written().flat_map(|report| &report.warnings).collect();
+    lines.extend(notes.iter().take(MOST_TOLD).map(|note| format!("  note          {note}")));
+    let failures = report.copies.iter().filter_map(|copy| match &copy.fate {
+        Fate::Failed { error } => Some(format!("  failed        {}: {}", copy.recipient, error.message())),
+        _ => None,
+    });
+    lines.extend(failures.take(MOST_TOLD));
+    lines.join("\n")
+}
+
+/// One line: whose copy, and the name that its files shall have.
+struct Row {
+    recipient: String,
+    file: String,
+}
+
+fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
+    let wrong = |what: String| Failure::new("recipients", format!("{}: {what}", list.display()));
+    let bytes = files::read_small(list, LARGEST_LIST)?;
+    // Programs for tables like to begin with a mark of the byte order.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let unreadable = |e: csv::Error| wrong(format!("{e}; save it as CSV in UTF-8 with commas"));
+    let names = reader.headers().map_err(unreadable)?.clone();
+    let column = |name: &str| names.iter().position(|n| n.eq_ignore_ascii_case(name));
+    let Some(recipient) = column("recipient") else {
+        return Err(wrong(
+            "no column `recipient` in its first line; add one that says who gets each copy".into(),
+        ));
+    };
+    let file = column("file");
+    let mut rows: Vec<Row> = Vec::new();
+    let mut seen = BTreeSet::new();
+    for record in reader.records() {
+        let record = record.map_err(unreadable)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let text = record.get(recipient).unwrap_or_default().to_owned();
+        if text.is_empty() {
+            return Err(wrong(format!("line {line}: no recipient; fill it in or take the line out")));
+        }
+        if !seen.insert(text.clone()) {
+            return Err(wrong(format!(
+                "line {line}: {text} is there twice; give each copy a recipient of its own"
+            )));
+        }
+        let file = file.and_then(|column| record.get(column)).filter(|file| !file.is_empty());
+        rows.push(Row { file: slug(file.unwrap_or(&text)), recipient: text });
+    }
+    if rows.is_empty() {
+        return Err(wrong("no recipients; give a line for each copy".into()));
+    }
+    Ok(rows)
+}
+
+/// The names of files for each row: INPUT-NAME. Where two rows have the same, or none, the number of the row tells
+/// them apart, so that a longer list gives the same names to the rows before.
+fn jobs(args: &Embed, input: &Path, folder: &Path, keys: &Path, rows: Vec<Row>) -> Vec<Job> {
+    let stem =
+        input.file_stem().and_then(OsStr::to_str).filter(|_| !files::is_standard(input)).unwrap_or("copy");
+    let extension = input.extension().and_then(OsStr::to_str);
+    let mut taken = BTreeSet::new();
+    let job = |(number, row): (usize, Row)| {
+        let mut name = format!("{stem}-{}", row.file);
+        if row.file.is_empty() {
+            name = format!("{stem}-{}", number + 1);
+        }
+        while !taken.insert(name.clone()) {
+            name = format!("{name}-{}", number + 1);
+        }
+        let file = extension.map_or_else(|| name.clone(), |extension| format!("{name}.{extension}"));
+        Job {
+            identity: Identity { owner: args.owner.clone(), recipient: row.recipient },
+            output: folder.join(file),
+            key: keys.join(format!("{name}.key")),
+        }
+    };
+    rows.into_iter().enumerate().map(job).collect()
+}
+
+/// Letters and digits in lower case, anything else as single hyphens: a file name everywhere.
+fn slug(text: &str) -> String {
+    let words: Vec<String> =
+        text.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).map(str::to_lowercase).collect();
+    let slug: String = words.join("-").chars().take(80).collect();
+    slug.trim_matches('-').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slugs_are_file_names() {
+        assert_eq!(slug("Alice & Co., Ltd."), "alice-co-ltd");
+        assert_eq!(slug("../../etc/passwd"), "etc-passwd");
+        assert_eq!(slug("Łódź № 7"), "łódź-7");
+        assert_eq!(slug("…"), "");
+        assert_eq!(slug(&"x".repeat(300)).len(), 80);
+    }
+}

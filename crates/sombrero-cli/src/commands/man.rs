@@ -1,0 +1,54 @@
+//! `sombrero man`.
+
+use crate::args::{Cli, Man};
+use crate::failure::Failure;
+use crate::{Answer, Context, Outcome, files, say};
+use clap::{Command, CommandFactory};
+use serde_json::json;
+use sombrero::io::{Access, Output};
+use std::path::{Path, PathBuf};
+
+pub(crate) fn run(args: &Man, context: &Context) -> Result<Outcome, Failure> {
+    let mut program = Cli::command();
+    program.build();
+    let Some(folder) = &args.output else {
+        return print(&program, context);
+    };
+    let mut pages = vec![(folder.join("sombrero.1"), page(program.clone())?)];
+    for command in program.get_subcommands().filter(|command| command.get_name() != "help") {
+        let name = format!("sombrero-{}", command.get_name());
+        let path = folder.join(format!("{name}.1"));
+        let command = command.clone().name(name.clone()).display_name(name);
+        pages.push((path, page(command)?));
+    }
+    let paths: Vec<&Path> = pages.iter().map(|(path, _)| path.as_path()).collect();
+    files::check_outputs(&paths, &[], args.force)?;
+    std::fs::create_dir_all(folder).map_err(|e| Failure::about("write", folder, &e))?;
+    let outputs = pages.iter().map(|(path, bytes)| Output { path, bytes, access: Access::Usual });
+    files::write_all(&outputs.collect::<Vec<_>>(), args.force)?;
+    let files: Vec<String> =
+        pages.iter().map(|(path, _): &(PathBuf, _)| path.display().to_string()).collect();
+    let text = format!("wrote {} manual pages → {}", files.len(), folder.display());
+    Ok(Outcome::Answer(Answer::new(
+        text,
+        &json!({ "output": folder.display().to_string(), "files": files }),
+    )?))
+}
+
+fn print(program: &Command, context: &Context) -> Result<Outcome, Failure> {
+    if context.json {
+        return Err(Failure::new("usage", "a manual page is not JSON; leave --json out, or give -o DIR"));
+    }
+    let page = page(program.clone())?;
+    say(String::from_utf8_lossy(&page).trim_end())
+        .map_err(|e| Failure::new("write", format!("standard output: cannot be written ({e})")))?;
+    Ok(Outcome::Printed(0))
+}
+
+fn page(command: Command) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    clap_mangen::Man::new(command)
+        .render(&mut bytes)
+        .map_err(|e| Failure::new("internal", format!("a manual page cannot be made: {e}")))?;
+    Ok(bytes)
+}

@@ -1,0 +1,211 @@
+//! `sombrero trace`.
+
+use crate::args::Trace as Args;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::{Answer, Context, files};
+use serde::Serialize;
+use sombrero::watermark::{Key, KeyError};
+use sombrero::{Alignment, DetectError, DetectOptions, Keyring, Named, Stages, Trace};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// So many of those who were not named are shown, and of keys that were left out.
+const MOST_SHOWN: usize = 5;
+
+/// Folders below the folder of keys are looked into this deep.
+const DEEPEST: usize = 8;
+
+/// For programs.
+#[derive(Serialize)]
+struct Report {
+    found: bool,
+    recipients: Vec<Recipient>,
+    keys: usize,
+    threshold: f64,
+    variants_counted: usize,
+    coverage: f64,
+    registration: Option<Alignment>,
+    skipped: Vec<Skipped>,
+    seconds: Stages,
+    warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Recipient {
+    key: String,
+    recipient: String,
+    named: bool,
+    log10_p: f64,
+    correlation: f64,
+    beside_others: bool,
+}
+
+/// A key that took no part.
+#[derive(Serialize)]
+struct Skipped {
+    key: String,
+    reason: String,
+}
+
+pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
+    files::check_outputs(&[], &[&args.suspect, &args.original], false)?;
+    let _progress = Progress::new(format!("tracing {}", args.suspect.display()));
+    let start = Instant::now();
+    let (paths, keys, mut skipped) = read_keys(&args.keys)?;
+    let recipients: Vec<String> = keys.iter().map(|key| key.identity.recipient.clone()).collect();
+    let original = files::read_mesh(&args.original, context.limits)?;
+    let suspect = files::read_mesh(&args.suspect, context.limits)?;
+    let failed = |e: &DetectError| match e {
+        DetectError::Basis(_) => Failure::about("keys", &args.keys, e),
+        DetectError::NoFaces { which: "original" } => Failure::about("mesh", &args.original, e),
+        DetectError::NeedsResampling => Failure::about("needs_resampling", &args.suspect, e),
+        DetectError::Threshold { .. } => Failure::new("usage", e.to_string()),
+        _ => Failure::about("suspect", &args.suspect, e),
+    };
+    let (keyring, rejected) = Keyring::new(&original, keys).map_err(|e| failed(&e))?;
+    drop(original);
+    skipped.extend(
+        rejected.iter().map(|r| Skipped { key: shown(&paths[r.index]), reason: r.reason.to_string() }),
+    );
+    if keyring.is_empty() {
+        return Err(no_keys(&args.keys, &skipped));
+    }
+    let preparation = ("preparation", start.elapsed().as_secs_f64());
+    let options = DetectOptions {
+        registration: args.registration.into(),
+        resampling: args.resampling.into(),
+        threshold: args.threshold,
+        ..DetectOptions::default()
+    };
+    let mut trace = keyring.trace(&suspect, &options).map_err(|e| failed(&e))?;
+    trace.seconds.0.insert(0, preparation);
+    let report = report(trace, &keyring, &paths, &recipients, skipped);
+    Ok(Answer::new(text(args, &report), &report)?.found_if(report.found))
+}
+
+fn report(
+    trace: Trace,
+    keyring: &Keyring,
+    paths: &[PathBuf],
+    recipients: &[String],
+    skipped: Vec<Skipped>,
+) -> Report {
+    let recipient = |&Named { index, named, log10_p, correlation, beside_others, .. }: &Named| Recipient {
+        key: shown(&paths[index]),
+        recipient: recipients[index].clone(),
+        named,
+        log10_p,
+        correlation,
+        beside_others,
+    };
+    Report {
+        found: trace.found,
+        recipients: trace.recipients.iter().map(recipient).collect(),
+        keys: keyring.len(),
+        threshold: trace.threshold,
+        variants_counted: trace.variants_counted,
+        coverage: trace.coverage,
+        registration: trace.registration,
+        skipped,
+        seconds: trace.seconds,
+        warnings: trace.warnings,
+    }
+}
+
+fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// Every key below `folder`, in the order of the names. Files that are no keys are passed over; damaged keys
+/// are told of.
+fn read_keys(folder: &Path) -> Result<(Vec<PathBuf>, Vec<Key>, Vec<Skipped>), Failure> {
+    let mut files = Vec::new();
+    list(folder, DEEPEST, &mut files)?;
+    let (mut paths, mut keys, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
+    for path in files {
+        let bytes = match files::read_small(&path, files::LARGEST_KEY) {
+            Ok(bytes) if bytes.trim_ascii_start().starts_with(b"{") => bytes,
+            // Meshes, pages, prepared files.
+            Ok(_) => continue,
+            Err(failure) => {
+                skipped.push(Skipped { key: shown(&path), reason: failure.message().to_owned() });
+                continue;
+            }
+        };
+        match Key::from_json(&bytes) {
+            Ok(key) => {
+                keys.push(key);
+                paths.push(path);
+            }
+            Err(error) => skipped.push(Skipped { key: shown(&path), reason: KeyError::to_string(&error) }),
+        }
+    }
+    if keys.is_empty() {
+        return Err(no_keys(folder, &skipped));
+    }
+    Ok((paths, keys, skipped))
+}
+
+/// Files below `folder` that may be keys by their extension.
+fn list(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
+    let is_key = |path: &Path| {
+        path.extension().is_none_or(|e| e.eq_ignore_ascii_case("key") || e.eq_ignore_ascii_case("json"))
+    };
+    for path in files::entries(folder)? {
+        if path.is_dir() && depth > 0 {
+            list(&path, depth - 1, found)?;
+        } else if path.is_file() && is_key(&path) {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn no_keys(folder: &Path, skipped: &[Skipped]) -> Failure {
+    let first = skipped.first().map(|s| format!(" ({}: {})", s.key, s.reason));
+    let message = format!(
+        "{}: no key for this original in this folder{}; give the folder where `embed` wrote the keys",
+        folder.display(),
+        first.unwrap_or_default()
+    );
+    Failure::new("keys", message)
+}
+
+fn text(args: &Args, report: &Report) -> String {
+    let named = report.recipients.iter().filter(|r| r.named).count();
+    let mut lines = vec![match named {
+        0 => format!("NOBODY NAMED: no recipient's mark was found in {}", args.suspect.display()),
+        1 => format!("NAMED: {} holds the copy of", args.suspect.display()),
+        _ => format!("NAMED: {} was made of the copies of {named} recipients", args.suspect.display()),
+    }];
+    for r in report.recipients.iter().take(named) {
+        let name = if r.recipient.is_empty() { "(no recipient's text)" } else { &r.recipient };
+        lines.push(format!(
+            "  {name:<28} log10 p {:.1}, correlation {:.3}   {}",
+            r.log10_p, r.correlation, r.key
+        ));
+    }
+    if let Some(next) = report.recipients.get(named) {
+        lines.push(format!("  next best     {}, log10 p {:.1}: not named", next.recipient, next.log10_p));
+    }
+    lines.extend([
+        format!(
+            "  log10 p       the chance that anybody without a part is named as surely; threshold {:.1}",
+            report.threshold.log10()
+        ),
+        format!("  keys          {} of this original, {} tests in all", report.keys, report.variants_counted),
+        format!("  coverage      {:.1} % of the original's area", 100.0 * report.coverage),
+        format!("  seconds       {:.2}", report.seconds.total()),
+    ]);
+    lines.extend(report.warnings.iter().map(|w| format!("  note          {w}")));
+    let left_out = report.skipped.iter().map(|s| format!("  left out      {}: {}", s.key, s.reason));
+    lines.extend(left_out.take(MOST_SHOWN));
+    if report.skipped.len() > MOST_SHOWN {
+        lines.push(format!(
+            "  left out      and {} more keys; --json has all",
+            report.skipped.len() - MOST_SHOWN
+        ));
+    }
+    lines.join("\n")
+}

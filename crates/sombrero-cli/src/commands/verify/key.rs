@@ -1,0 +1,78 @@
+//! Is a key genuine, and since when has it existed?
+
+use crate::args::Verify;
+use crate::failure::Failure;
+use crate::timestamp::{self, Stamp};
+use crate::{Answer, Context, files};
+use serde::Serialize;
+use sombrero::Prepared;
+
+#[derive(Serialize)]
+struct Report {
+    genuine: bool,
+    owner: String,
+    recipient: String,
+    coefficients: usize,
+    epsilon: f64,
+    basis: String,
+    original_sha256: String,
+    basis_sha256: String,
+    commitment: String,
+    timestamp: Option<Stamp>,
+}
+
+pub(super) fn check(args: &Verify, bytes: &[u8], context: &Context) -> Result<Answer, Failure> {
+    let path = &args.file;
+    let key = files::parse_key(path, bytes)?;
+    let Some(original) = &args.original else {
+        let message =
+            format!("{}: a key is checked against the file that was marked; give --original", path.display());
+        return Err(Failure::new("usage", message));
+    };
+    files::check_outputs(&[], &[path, original], false)?;
+    let anchors = timestamp::anchors(args.ca.as_deref())?;
+    let document = files::read_mesh(original, context.limits)?;
+    let prepared = Prepared::new(&document, key).map_err(|e| Failure::about("key", path, &e))?;
+    let key = prepared.key();
+    let stamp = match &key.timestamp {
+        Some(token) => Some(timestamp::check(path, token, &key.commitment(), &anchors)?),
+        None => None,
+    };
+    let report = Report {
+        genuine: true,
+        owner: key.identity.owner.clone(),
+        recipient: key.identity.recipient.clone(),
+        coefficients: key.parameters.basis.coefficients,
+        epsilon: key.parameters.epsilon,
+        basis: key.parameters.basis.function.to_string(),
+        original_sha256: hex::encode(key.original_sha256),
+        basis_sha256: hex::encode(key.basis_sha256),
+        commitment: hex::encode(key.commitment()),
+        timestamp: stamp,
+    };
+    let mut lines = vec![
+        format!(
+            "{} is genuine: watermark and basis follow from its secret and {}",
+            path.display(),
+            original.display()
+        ),
+        format!("  owner         {}", or_none(&report.owner)),
+        format!("  recipient     {}", or_none(&report.recipient)),
+        format!(
+            "  mark          {} coefficients, {} basis, epsilon {}",
+            report.coefficients, report.basis, report.epsilon
+        ),
+        format!("  original      SHA-256 {}", report.original_sha256),
+        format!("  basis         SHA-256 {}", report.basis_sha256),
+        format!("  commitment    SHA-256 {}", report.commitment),
+    ];
+    match &report.timestamp {
+        Some(stamp) => lines.extend(stamp.lines()),
+        None => lines.push("  timestamp     none; see `sombrero commit`".into()),
+    }
+    Answer::new(lines.join("\n"), &report)
+}
+
+fn or_none(text: &str) -> &str {
+    if text.is_empty() { "(none)" } else { text }
+}

@@ -1,0 +1,55 @@
+//! Timestamps by RFC 3161, as commands show them.
+
+use crate::failure::Failure;
+use crate::files;
+use serde::Serialize;
+use sombrero_timestamp::{Token, TrustAnchors, Verified};
+use std::path::Path;
+
+/// Bundles of all authorities of a system have some 300 KB.
+const LARGEST_BUNDLE: u64 = 16 << 20;
+
+/// A token that was checked: whole, and of the right digest.
+#[derive(Debug, Serialize)]
+pub(crate) struct Stamp {
+    /// RFC 3339, UTC.
+    time: String,
+    signer: String,
+    serial: String,
+    policy: String,
+    /// Whether one of the given authorities vouches for the signer.
+    trusted: bool,
+}
+
+impl Stamp {
+    /// For people.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let Self { time, signer, serial, .. } = self;
+        let trust = if self.trusted {
+            "  trust         the signer is vouched for by a certificate in --ca".to_owned()
+        } else {
+            "  trust         not checked: anybody can sign a token; give the authority's certificate with --ca".to_owned()
+        };
+        vec![format!("  timestamp     {time} by {signer}, serial number {serial}"), trust]
+    }
+}
+
+/// The certificates of `--ca`, or none.
+pub(crate) fn anchors(path: Option<&Path>) -> Result<TrustAnchors, Failure> {
+    let Some(path) = path else { return Ok(TrustAnchors::none()) };
+    let pem = files::read_small(path, LARGEST_BUNDLE)?;
+    TrustAnchors::from_pem(&pem).map_err(|e| Failure::about("timestamp", path, &e))
+}
+
+/// Whether `token`, which `path` holds, is a good one for `digest`.
+pub(crate) fn check(
+    path: &Path,
+    token: &[u8],
+    digest: &[u8; 32],
+    anchors: &TrustAnchors,
+) -> Result<Stamp, Failure> {
+    let wrong = |e: &dyn std::error::Error| Failure::about("timestamp", path, e);
+    let token = Token::from_der(token).map_err(|e| wrong(&e))?;
+    let Verified { time, signer, trusted, .. } = token.verify(digest, anchors).map_err(|e| wrong(&e))?;
+    Ok(Stamp { time, signer, serial: token.serial().to_owned(), policy: token.policy().to_owned(), trusted })
+}
