@@ -5,6 +5,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use sombrero::DetectOptions;
+use sombrero::report::FileLabel;
 use std::path::Path;
 
 /// This program and its version.
@@ -36,6 +37,10 @@ impl FileHash {
     pub(crate) fn new(path: &Path, content: &[u8]) -> Self {
         Self { path: path.display().to_string(), sha256: hex::encode(Sha256::digest(content)) }
     }
+
+    pub(crate) fn label(&self) -> FileLabel<'_> {
+        FileLabel { name: &self.path, sha256: &self.sha256 }
+    }
 }
 
 /// Everything that the figures depend on beside the files.
@@ -46,6 +51,15 @@ pub(crate) struct Settings {
     pub(crate) resampling: Step,
     pub(crate) threshold: f64,
     pub(crate) seed: u64,
+}
+
+impl Default for Settings {
+    /// Those of `detect` when nothing else is asked for.
+    fn default() -> Self {
+        let DetectOptions { threshold, seed, .. } = DetectOptions::default();
+        let (method, registration, resampling) = (Method::Robust, Step::Auto, Step::Auto);
+        Self { method, registration, resampling, threshold, seed }
+    }
 }
 
 impl Settings {

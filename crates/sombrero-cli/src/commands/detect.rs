@@ -7,9 +7,10 @@ use crate::progress::Progress;
 use crate::{Answer, Context, Outcome, batch, files};
 use serde::Serialize;
 use sombrero::io::{Access, Document, Limits, Output};
-use sombrero::report::{DetectionReport, FileLabel, detection_report};
+use sombrero::mesh::Soup;
+use sombrero::report::{DetectionReport, detection_report};
 use sombrero::watermark::Key;
-use sombrero::{DetectError, DetectOptions, Detection, Prepared, StoredBasis, Suspect};
+use sombrero::{DetectError, DetectOptions, Detection, Prepared, StoredBasis};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -113,19 +114,13 @@ impl<'a> Looker<'a> {
         if detection.detected && self.from_file {
             detection.warnings.extend(self.vouch()?);
         }
-        let report = Report {
-            suspect: &evidence.files.suspect.path,
-            detection: &detection,
-            prepared: self.from_file,
-            evidence: &evidence,
-        };
-        let answer = Answer::new(text(path, &detection), &report)?.found_if(detection.detected);
         if let Some(page) = page {
-            let html = self.page(&suspect, &detection, &evidence, &answer.json.to_string())?;
+            let html = self::page(prepared, &suspect.soup, &detection, self.from_file, &evidence)?;
             let output = Output { path: page, bytes: html.as_bytes(), access: Access::Usual };
             files::write_all(&[output], args.force)?;
         }
-        Ok(answer)
+        let json = json(&detection, self.from_file, &evidence)?;
+        Ok(Answer::new(text(path, &detection), &json)?.found_if(detection.detected))
     }
 
     fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
@@ -157,31 +152,36 @@ impl<'a> Looker<'a> {
             path.display()
         )))
     }
+}
 
-    /// The report's page; hashes are those of the files as they were read.
-    fn page(
-        &self,
-        suspect: &Suspect,
-        detection: &Detection,
-        evidence: &Evidence,
-        json: &str,
-    ) -> Result<String, Failure> {
-        let Files { suspect: suspect_file, original, key } = &evidence.files;
-        let input = DetectionReport {
-            detection,
-            key: self.prepared.key(),
-            original: self.prepared.model(),
-            suspect: &suspect.soup,
-            found: Some(&detection.found),
-            original_file: FileLabel { name: &original.path, sha256: &original.sha256 },
-            suspect_file: FileLabel { name: &suspect_file.path, sha256: &suspect_file.sha256 },
-            key_file: FileLabel { name: &key.path, sha256: &key.sha256 },
-            command: &evidence.command(),
-            date: None,
-            evidence: Some(json),
-        };
-        detection_report(&input).map_err(|e| Failure::new("internal", e.to_string()))
-    }
+/// What `--json` prints.
+fn json(detection: &Detection, prepared: bool, evidence: &Evidence) -> Result<serde_json::Value, Failure> {
+    let report = Report { suspect: &evidence.files.suspect.path, detection, prepared, evidence };
+    serde_json::to_value(&report).map_err(|e| Failure::new("internal", e.to_string()))
+}
+
+/// The report's page; hashes are those of the files as they were read.
+pub(crate) fn page(
+    prepared: &Prepared,
+    suspect: &Soup,
+    detection: &Detection,
+    from_file: bool,
+    evidence: &Evidence,
+) -> Result<String, Failure> {
+    let input = DetectionReport {
+        detection,
+        key: prepared.key(),
+        original: prepared.model(),
+        suspect,
+        found: Some(&detection.found),
+        original_file: evidence.files.original.label(),
+        suspect_file: evidence.files.suspect.label(),
+        key_file: evidence.files.key.label(),
+        command: &evidence.command(),
+        date: None,
+        evidence: Some(&json(detection, from_file, evidence)?.to_string()),
+    };
+    detection_report(&input).map_err(|e| Failure::new("internal", e.to_string()))
 }
 
 /// The figures of one detection as `detect --json` prints them, from files wherever they are now.

@@ -1,0 +1,145 @@
+//! `sombrero demo`: the whole story on generated models.
+
+mod case;
+mod pictures;
+
+use crate::args::Demo;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::{Answer, files};
+use case::{Case, Tried};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use sombrero::EmbedReport;
+use sombrero::io::{Access, Format, Output};
+use sombrero::mesh::shapes;
+use std::path::PathBuf;
+
+#[derive(Serialize)]
+struct Report {
+    output: String,
+    models: Vec<ModelReport>,
+    rows: Vec<Row>,
+    files: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct ModelReport {
+    name: &'static str,
+    embed: EmbedReport,
+}
+
+#[derive(Serialize)]
+struct Row {
+    model: &'static str,
+    suspect: &'static str,
+    file: String,
+    marked: bool,
+    detected: bool,
+    log10_p: f64,
+    correlation: f64,
+    registration: bool,
+    resampling: bool,
+}
+
+/// A file to be written, by its name in the folder.
+struct File {
+    name: String,
+    bytes: Vec<u8>,
+    access: Access,
+}
+
+pub(crate) fn run(args: &Demo) -> Result<Answer, Failure> {
+    check_folder(args)?;
+    let progress = Progress::new("making, marking, attacking and detecting");
+    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
+    let cases = [
+        Case::new("part", Format::Obj, &shapes::part(shapes::PART_RESOLUTION), &mut rng)?,
+        Case::new("bust", Format::PlyBinaryLittleEndian, &shapes::bust(shapes::BUST_RESOLUTION), &mut rng)?,
+    ];
+    let (mut rows, mut files, mut strips) = (Vec::new(), Vec::new(), Vec::new());
+    for (done, case) in cases.iter().enumerate() {
+        progress.count(done, cases.len());
+        let tried = case.tried(args.seed)?;
+        strips.push(pictures::strip(case, &tried));
+        files.extend(case.files(&tried)?);
+        rows.extend(tried.iter().map(|tried| row(case, tried)));
+    }
+    let png = pictures::stacked(&strips)?;
+    files.push(File { name: "demo.png".into(), bytes: png, access: Access::Usual });
+
+    write(args, &files)?;
+    let report = Report {
+        output: args.output.display().to_string(),
+        models: cases.iter().map(|c| ModelReport { name: c.name, embed: c.marked.report.clone() }).collect(),
+        rows,
+        files: files.iter().map(|f| args.output.join(&f.name).display().to_string()).collect(),
+    };
+    Answer::new(text(&report), &report)
+}
+
+fn row(case: &Case, tried: &Tried) -> Row {
+    let detection = &tried.detection;
+    Row {
+        model: case.name,
+        suspect: tried.name,
+        file: tried.file.clone(),
+        marked: tried.marked,
+        detected: detection.detected,
+        log10_p: detection.log10_p,
+        correlation: detection.correlation,
+        registration: detection.variant.registration,
+        resampling: detection.variant.resampling,
+    }
+}
+
+/// Before any work: the folder can be one, and nothing of ours is in it, unless it may be replaced.
+fn check_folder(args: &Demo) -> Result<(), Failure> {
+    let folder = &args.output;
+    if folder.exists() && !folder.is_dir() {
+        let message = format!("{}: not a folder; choose another name", folder.display());
+        return Err(Failure::new("write", message));
+    }
+    let names = ["part.obj", "part.key", "bust.ply", "bust.key", "demo.png"];
+    let paths = names.map(|name| folder.join(name));
+    files::check_outputs(&paths.each_ref().map(PathBuf::as_path), &[], args.force)
+}
+
+fn write(args: &Demo, files: &[File]) -> Result<(), Failure> {
+    let paths: Vec<PathBuf> = files.iter().map(|f| args.output.join(&f.name)).collect();
+    files::check_outputs(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>(), &[], args.force)?;
+    std::fs::create_dir_all(&args.output).map_err(|e| Failure::about("write", &args.output, &e))?;
+    let outputs: Vec<Output<'_>> =
+        paths.iter().zip(files).map(|(path, f)| Output { path, bytes: &f.bytes, access: f.access }).collect();
+    files::write_all(&outputs, args.force)
+}
+
+fn text(report: &Report) -> String {
+    let mut lines = Vec::new();
+    for model in &report.models {
+        let e = &model.embed;
+        lines.push(format!(
+            "{:<5} {} vertices; {} coefficients move vertices by {:.4} at most, {:.5} rms, of the largest side",
+            model.name, e.vertices, e.coefficients, e.distortion.relative_max, e.distortion.relative_rms
+        ));
+    }
+    lines.push(String::new());
+    lines.push(format!("{:<24}{:>12}{:>8}{:>12}{:>8}", "log10 p", "part", "", "bust", ""));
+    let of = |name: &'static str| report.rows.iter().filter(move |r| r.model == name);
+    for (part, bust) in of("part").zip(of("bust")) {
+        let cell = |r: &Row| format!("{:>12.1}{:>8}", r.log10_p, if r.detected { "found" } else { "-" });
+        lines.push(format!("{:<24}{}{}", part.suspect, cell(part), cell(bust)));
+    }
+    lines.push(String::new());
+    lines.push(
+        "log10 p: the chance that an unmarked mesh matches as well, as a power of ten; found: -6 or below."
+            .into(),
+    );
+    lines.push(format!(
+        "{} files in {}: meshes, keys, demo.png, part-report.html and bust-report.html to open in a browser",
+        report.files.len(),
+        report.output
+    ));
+    lines.join("\n")
+}
