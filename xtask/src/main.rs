@@ -5,6 +5,7 @@ mod alignment;
 mod benchmark;
 mod calibrate;
 mod ci;
+mod collusion;
 mod figures;
 mod hostile;
 mod marked;
@@ -44,6 +45,8 @@ enum Verb {
     BenchPeers(peers::Peers),
     /// What CI runs: formatting, lints, tests, documentation, the main command, the recorded tables.
     Ci,
+    /// Let several of a thousand buyers average their copies, and name them.
+    Collusion(collusion::Collusion),
     /// Redraw Figures 1, 2, 4 and 5.
     Figures(figures::Figures),
     /// Feed every reader with mutated files and see that none panics, hangs or takes much memory.
@@ -73,6 +76,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Calibrate(args) => calibrate::run(&args, &folder),
         Verb::Ci => ci::run(&folder),
         Verb::Figures(args) => figures::run(&args, &folder),
+        Verb::Collusion(args) => collusion::run(&args, &folder),
         Verb::Hostile(args) => hostile::run(&args),
         Verb::Models(args) => models::run(&args, &folder),
         Verb::Presets(args) => presets::run(&args, &folder),
