@@ -39,16 +39,23 @@ function printHides(page, selector) {
 async function play(page, window) {
   const [view, canvas] = [page.getElementById('view'), page.querySelector('canvas')];
   const seen = { drawn: {} };
-  const eye = async () => (await wait(100), view.dataset.eye);
-  const changes = async (act) => {
-    const before = await eye();
+  // A busy machine draws late, so what is to come is waited for.
+  const comes = async (condition, patience = 5000) => {
+    for (const end = performance.now() + patience; !condition() && performance.now() < end; ) await wait(20);
+    return condition();
+  };
+  const changes = async (act, patience) => {
+    await wait(50);
+    const before = view.dataset.eye;
     act();
-    return (await eye()) !== before;
+    return comes(() => view.dataset.eye !== before, patience);
   };
   const key = (name) => canvas.dispatchEvent(new window.KeyboardEvent('keydown', { key: name, cancelable: true }));
   const wheel = () => canvas.dispatchEvent(new window.WheelEvent('wheel', { deltaY: 200, cancelable: true }));
 
-  const start = await eye();
+  await comes(() => view.dataset.frames > 1);
+  await wait(300);
+  const start = view.dataset.eye;
   const frames = view.dataset.frames;
   await wait(1000);
   seen.frames_while_idle = view.dataset.frames - frames;
@@ -57,7 +64,7 @@ async function play(page, window) {
     await wait(100);
     seen.drawn[view.dataset.mode] = Number(view.dataset.drawn);
   }
-  seen.wheel_without_focus = await changes(wheel);
+  seen.wheel_without_focus = await changes(wheel, 300);
   canvas.focus();
   seen.key_turns = (await changes(() => key('ArrowLeft'))) && (await changes(() => key('ArrowUp')));
   seen.key_zooms = await changes(() => key('+'));
@@ -65,7 +72,7 @@ async function play(page, window) {
   canvas.dispatchEvent(new window.FocusEvent('focus'));
   seen.wheel_zooms = await changes(wheel);
   page.querySelector('[data-reset]').click();
-  seen.reset_returns = (await eye()) === start;
+  seen.reset_returns = await comes(() => view.dataset.eye === start);
   return seen;
 }
 

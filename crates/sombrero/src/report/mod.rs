@@ -341,11 +341,12 @@ fn in_space(
     pictures: &Pictures,
     scene: Option<&Scene>,
 ) -> Markup {
+    let moved = input.detection.registration.is_some();
     html! {
         section {
             h2 { "The shapes" }
-            @if let Some(scene) = scene { (viewer::view(scene, shapes.distances.as_ref())) }
-            (pictures.gallery(shapes, input.detection.registration.is_some()))
+            @if let Some(scene) = scene { (viewer::view(scene, shapes.distances.as_ref(), moved)) }
+            (pictures.gallery(shapes, moved))
         }
     }
 }

@@ -29,10 +29,11 @@ pub(super) fn content_policy(scene: Option<&Scene>) -> String {
 }
 
 /// The view and its buttons. Buttons for what the scene does not hold are left out.
-pub(super) fn view(scene: &Scene, distances: Option<&Distances>) -> Markup {
+/// `moved` says whether the suspect was moved first.
+pub(super) fn view(scene: &Scene, distances: Option<&Distances>, moved: bool) -> Markup {
     let modes = [
         ("original", "Original", true),
-        ("suspect", "Suspect, aligned", scene.suspect),
+        ("suspect", if moved { "Suspect, aligned" } else { "Suspect" }, scene.suspect),
         ("both", "Both", scene.together),
         ("distance", "Distance", scene.distances),
     ];
@@ -50,7 +51,7 @@ pub(super) fn view(scene: &Scene, distances: Option<&Distances>) -> Markup {
             @if scene.together {
                 ul.legend data-for="both" hidden {
                     li { span.key.clay {} "original" }
-                    li { span.key.tint {} "suspect, laid over it and half see-through" }
+                    li { span.key.tint {} "suspect, half see-through; covered where the original lies outside it" }
                 }
             }
             @if let Some(distances) = distances { div data-for="distance" hidden { (distances.bar()) } }
