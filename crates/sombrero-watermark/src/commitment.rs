@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn it_binds_every_part_and_no_timestamp() {
         let first = key("A");
-        let mut changed = vec![key("B"), first.clone(), first.clone(), first.clone()];
+        let mut changed = [key("B"), first.clone(), first.clone(), first.clone()];
         changed[1].secret.0[31] ^= 1;
         changed[2].parameters.epsilon *= 1.000_000_1;
         changed[3].original_sha256[0] ^= 1;

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     files::check_outputs(&[], &[&args.suspect, &args.original], false)?;
     let _progress = Progress::new(format!("tracing {}", args.suspect.display()));
     let start = Instant::now();
-    let (paths, keys, mut skipped) = read_keys(&args.keys)?;
+    let Keys { paths, keys, mut skipped } = read_keys(&args.keys)?;
     let recipients: Vec<String> = keys.iter().map(|key| key.identity.recipient.clone()).collect();
     let original = files::read_mesh(&args.original, context.limits)?;
     let suspect = files::read_mesh(&args.suspect, context.limits)?;
@@ -117,9 +117,16 @@ fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
+/// What a folder holds: keys, each with its file, and those that could not be read.
+struct Keys {
+    paths: Vec<PathBuf>,
+    keys: Vec<Key>,
+    skipped: Vec<Skipped>,
+}
+
 /// Every key below `folder`, in the order of the names. Files that are no keys are passed over; damaged keys
 /// are told of.
-fn read_keys(folder: &Path) -> Result<(Vec<PathBuf>, Vec<Key>, Vec<Skipped>), Failure> {
+fn read_keys(folder: &Path) -> Result<Keys, Failure> {
     let mut files = Vec::new();
     list(folder, DEEPEST, &mut files)?;
     let (mut paths, mut keys, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
@@ -144,7 +151,7 @@ fn read_keys(folder: &Path) -> Result<(Vec<PathBuf>, Vec<Key>, Vec<Skipped>), Fa
     if keys.is_empty() {
         return Err(no_keys(folder, &skipped));
     }
-    Ok((paths, keys, skipped))
+    Ok(Keys { paths, keys, skipped })
 }
 
 /// Files below `folder` that may be keys by their extension.
