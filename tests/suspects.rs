@@ -2,6 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use nalgebra::Point3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sombrero::attacks::{Attack, apply_all};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::watermark::Secret;
@@ -43,6 +46,19 @@ fn other_shapes_are_not_found() {
     for other in [shapes::torus(30, 20, 1.0, 0.4), shapes::part(1)] {
         assert_nothing_found(&look(&prepared, &other).unwrap());
     }
+}
+
+/// A simplified quarter fits elsewhere at another size as well as where it lies; nobody moved it, so there it is found.
+#[test]
+fn a_small_piece_that_was_not_moved_is_found_where_it_lies() {
+    let original = document(&shapes::part(shapes::PART_RESOLUTION));
+    let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default()).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap().soup();
+    let attacks: Vec<Attack> = ["crop:fraction=0.8", "simplify:ratio=0.5"].map(|s| s.parse().unwrap()).into();
+    let piece = apply_all(&attacks, &copy, &mut ChaCha8Rng::seed_from_u64(1)).unwrap().soup;
+    let prepared = Prepared::new(&original, marked.key).unwrap();
+    let detection = look(&prepared, &piece).unwrap();
+    assert!(detection.detected && detection.log10_p < -60.0, "{}", detection.log10_p);
 }
 
 #[test]

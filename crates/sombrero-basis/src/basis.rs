@@ -8,9 +8,10 @@
 //! functions are independent, and being n they are a basis of all functions on the n vertices. A proptest
 //! beside this code checks it.
 
-use crate::magnitude::{magnitudes, most_significant};
+use crate::magnitude::{counted_magnitudes, magnitudes, most_significant};
+use crate::progress::Progress;
 use crate::radius::radii;
-use crate::support::{Marks, Outline, Support, outlines};
+use crate::support::{Marks, Outline, Support, counted_outlines};
 use crate::{Amplitudes, BasisFunction};
 use nalgebra::{Point3, Vector3};
 use nalgebra_sparse::CscMatrix;
@@ -42,13 +43,18 @@ impl Default for BasisOptions {
 #[non_exhaustive]
 pub enum BasisError {
     /// The mesh is too small or too flat.
-    #[error("the mesh can carry {available} coefficients, not {wanted}; ask for fewer or use a finer mesh")]
+    #[error("the mesh can carry {available} coefficients, not {wanted}; {}", cure(*available))]
     TooFewSplits {
         /// How many were asked for.
         wanted: usize,
         /// How many vertex splits change the shape.
         available: usize,
     },
+}
+
+/// A mark takes at least four coefficients.
+fn cure(available: usize) -> &'static str {
+    if available < 4 { "use a finer mesh, with some relief" } else { "ask for fewer or use a finer mesh" }
 }
 
 /// Why parts make no basis.
@@ -92,6 +98,9 @@ pub struct Function {
 /// The least height that carries a mark, in largest sides: numbers with six digits have errors like this.
 const LEAST_HEIGHT: f64 = 1e-6;
 
+/// The values of so many functions, or more, take about as long as one way through all levels.
+const COLUMNS: usize = 50;
+
 fn least_height(points: &[Point3<f64>]) -> f64 {
     BoundingBox::of(points).map_or(0.0, |bounds| LEAST_HEIGHT * bounds.largest_side())
 }
@@ -109,13 +118,16 @@ impl Basis {
         options: &BasisOptions,
     ) -> Result<Self, BasisError> {
         let wanted = options.coefficients;
-        let all = magnitudes(progressive, points);
+        // Up all levels, down again and up, and then the values, each of which counts for so many levels.
+        let column = progressive.split_count().div_ceil(COLUMNS.max(wanted));
+        let progress = Progress::new(3 * progressive.split_count() + column * wanted);
+        let all = counted_magnitudes(progressive, points, &progress);
         let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {
             return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
         }
-        let outlines = outlines(progressive, &splits);
-        let columns = columns(progressive, points, &outlines, options.function);
+        let outlines = counted_outlines(progressive, &splits, &progress);
+        let columns = columns(progressive, points, &outlines, options.function, || progress.advance(column));
         let energy = |column: &Column| column.iter().map(|(_, phi)| phi * phi).sum::<f64>();
         let heights: Vec<f64> = outlines.iter().map(|o| all[o.split].height).collect();
         let amplitudes = options.amplitudes.of(&heights, &columns.iter().map(energy).collect::<Vec<_>>());
@@ -260,6 +272,7 @@ fn columns(
     points: &[Point3<f64>],
     outlines: &[Outline],
     function: BasisFunction,
+    done: impl Fn() + Sync,
 ) -> Vec<Column> {
     let mesh = progressive.mesh();
     let mut age = vec![0u32; mesh.vertex_bound()];
@@ -272,6 +285,7 @@ fn columns(
         let mut column: Column =
             support.interior.iter().zip(radii).map(|(v, r)| (v.index(), function.value(r))).collect();
         column.sort_unstable_by_key(|entry| entry.0);
+        done();
         column
     };
     outlines.par_iter().map_init(|| Marks::new(mesh.vertex_bound()), column).collect()
@@ -304,6 +318,7 @@ fn offsets(lengths: &[usize]) -> Option<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::support::outlines;
     use proptest::prelude::*;
     use sombrero_mesh::{Soup, repair, shapes};
 
@@ -340,7 +355,7 @@ mod tests {
             let splits: Vec<usize> = (0..progressive.split_count()).collect();
             let outlines = outlines(&mut progressive, &splits);
             prop_assert_eq!(outlines.len(), splits.len());
-            let columns = columns(&progressive, &made.points, &outlines, BasisFunction::ALL[which]);
+            let columns = columns(&progressive, &made.points, &outlines, BasisFunction::ALL[which], || ());
 
             // Order by age: base vertices, then vertices by their split.
             let mut order: Vec<usize> = progressive.base_vertices().iter().map(|v| v.index()).collect();

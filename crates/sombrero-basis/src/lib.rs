@@ -3,6 +3,7 @@
 mod amplitude;
 mod basis;
 mod function;
+mod progress;
 
 pub mod magnitude;
 pub mod radius;

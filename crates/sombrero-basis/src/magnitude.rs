@@ -7,6 +7,7 @@
 //! the height of the new vertex over the coarser surface. The m splits of largest |h| carry the mark, and
 //! d is the direction in which coefficient i moves the vertices of its support.
 
+use crate::progress::Progress;
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::{Mesh, VertexId};
 use sombrero_progressive::ProgressiveMesh;
@@ -42,10 +43,20 @@ pub fn magnitude(mesh: &Mesh, points: &[Point3<f64>], v: VertexId) -> Magnitude 
 
 /// Magnitudes of all splits of `progressive`, in order of refinement. Leaves it at the full mesh.
 pub fn magnitudes(progressive: &mut ProgressiveMesh, points: &[Point3<f64>]) -> Vec<Magnitude> {
+    counted_magnitudes(progressive, points, &Progress::silent())
+}
+
+/// [`magnitudes`], with a step of `progress` for each split.
+pub(crate) fn counted_magnitudes(
+    progressive: &mut ProgressiveMesh,
+    points: &[Point3<f64>],
+    progress: &Progress,
+) -> Vec<Magnitude> {
     progressive.go_to(0);
     let mut all = Vec::with_capacity(progressive.split_count());
     while let Some(split) = progressive.refine() {
         all.push(magnitude(progressive.mesh(), points, split.vertex));
+        progress.advance(1);
     }
     all
 }

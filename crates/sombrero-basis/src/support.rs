@@ -21,6 +21,7 @@
 //! boundary. This makes a basis function vanish on every vertex that is older than its centre, and that
 //! is what the theorem of completeness and independence rests on (see [`Basis`](crate::Basis)).
 
+use crate::progress::Progress;
 use nalgebra::Point3;
 use sombrero_mesh::{HalfedgeId, Mesh, VertexId};
 use sombrero_progressive::ProgressiveMesh;
@@ -43,9 +44,22 @@ pub struct Outline {
 ///
 /// The result has the order of `splits`.
 pub fn outlines(progressive: &mut ProgressiveMesh, splits: &[usize]) -> Vec<Outline> {
+    counted_outlines(progressive, splits, &Progress::silent())
+}
+
+/// [`outlines`], with a step of `progress` for each level on the way down and up again.
+pub(crate) fn counted_outlines(
+    progressive: &mut ProgressiveMesh,
+    splits: &[usize],
+    progress: &Progress,
+) -> Vec<Outline> {
     let mut by_age: Vec<usize> = (0..splits.len()).collect();
     by_age.sort_by_key(|&i| splits[i]);
-    progressive.go_to(splits.iter().min().map_or(usize::MAX, |&first| first));
+    let first = splits.iter().min().map_or(usize::MAX, |&first| first);
+    while progressive.level() > first && progressive.coarsen().is_some() {
+        progress.advance(1);
+    }
+    progressive.go_to(first);
 
     let mut tracker = Tracker::new(progressive.mesh().vertex_bound());
     let mut due = by_age.iter().copied().peekable();
@@ -54,6 +68,7 @@ pub fn outlines(progressive: &mut ProgressiveMesh, splits: &[usize]) -> Vec<Outl
         let level = progressive.level();
         let Some(split) = progressive.refine() else { break };
         tracker.follow(progressive.mesh(), split.vertex, split.parent, split.halfedge);
+        progress.advance(1);
         while let Some(i) = due.next_if(|&i| splits[i] == level) {
             found[i] = Some(tracker.start(progressive.mesh(), split.vertex));
         }

@@ -10,7 +10,13 @@ use std::path::PathBuf;
 
 /// Prove whose a 3D model is: invisible, robust watermarks in the shape of triangle meshes.
 #[derive(Debug, Parser)]
-#[command(name = "sombrero", version, propagate_version = true, arg_required_else_help = true)]
+#[command(
+    name = "sombrero",
+    bin_name = "sombrero",
+    version,
+    propagate_version = true,
+    arg_required_else_help = true
+)]
 #[command(after_help = "Exit status: 0 done (detect: found), 1 no watermark found, 2 any failure.\n\
     Formats: OBJ, PLY, STL, OFF, glTF/GLB, 3MF, told by content. `-` is standard input or output.\n\
     Try `sombrero demo`.")]
@@ -160,10 +166,10 @@ pub(crate) struct Embed {
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) inputs: Vec<PathBuf>,
     /// The marked copy, in the same format.
-    #[arg(short, long, value_name = "FILE", required_unless_present = "out_dir")]
+    #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// The key to write: secret, readable by you alone.
-    #[arg(long, value_name = "FILE", required_unless_present = "out_dir")]
+    #[arg(long, value_name = "FILE")]
     pub(crate) key: Option<PathBuf>,
     /// A folder for many copies; their keys go to its subfolder `keys`.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "key"])]
@@ -187,7 +193,8 @@ pub(crate) struct Embed {
     /// Strength of the mark. Default: the preset's, 0.0088 or 0.01.
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) epsilon: Option<f64>,
-    /// Lower epsilon so far that no vertex moves by more than this, in the units of the model.
+    /// Lower epsilon so far that no vertex moves by more than this, in the units of the model, before the file rounds
+    /// its numbers.
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) max_displacement: Option<f64>,
     /// Basis function: sombrero, derby or hat. Default: sombrero.
@@ -226,7 +233,7 @@ impl From<Method> for sombrero::Method {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Step {
-    /// With and without; the better one counts.
+    /// As the suspect asks for; the paper's method tries with and without, and the better one counts.
     Auto,
     /// Only with it.
     Always,

@@ -24,6 +24,9 @@ pub(crate) struct Files {
     pub(crate) suspect: FileHash,
     pub(crate) original: FileHash,
     pub(crate) key: FileHash,
+    /// [`Key::commitment`](sombrero::watermark::Key::commitment) in hexadecimal digits: the key, whatever timestamp is
+    /// stored with it later.
+    pub(crate) commitment: String,
 }
 
 /// A file as it was named, and the SHA-256 of what it held.
@@ -77,7 +80,7 @@ impl Settings {
 impl Evidence {
     /// The command line that repeats the test.
     pub(crate) fn command(&self) -> String {
-        let Files { suspect, original, key } = &self.files;
+        let Files { suspect, original, key, .. } = &self.files;
         let Settings { method, registration, resampling, threshold, seed } = self.settings;
         format!(
             "sombrero detect {} --original {} --key {} --method {} --threshold {threshold:e} --registration {} --resampling {} --seed {seed}",

@@ -1,6 +1,7 @@
 //! What ends a command with status 2: one sentence, and a word for programs.
 
 use serde::Serialize;
+use sombrero::io::{ParseError, ReadError};
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -51,9 +52,15 @@ impl Failure {
     }
 }
 
-impl From<sombrero::io::ReadError> for Failure {
-    fn from(error: sombrero::io::ReadError) -> Self {
-        Self::new("read", error.to_string())
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        // The library does not know what its limits are called here.
+        let option = match &error {
+            ReadError::TooLarge { .. } => "--max-bytes",
+            ReadError::Parse { source: ParseError::TooManyVertices { .. }, .. } => "--max-vertices",
+            _ => "the limit",
+        };
+        Self::new("read", error.to_string().replace("raise the limit", &format!("raise {option}")))
     }
 }
 

@@ -59,12 +59,28 @@ pub(crate) fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 /// What a folder holds, in the order of the names.
 pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    if folder.is_file() {
+        let message = format!("{}: a file; give the folder that it is in", folder.display());
+        return Err(Failure::new("read", message));
+    }
     let failed = |source| Failure::from(ReadError::Io { path: folder.to_owned(), source });
     let listed = std::fs::read_dir(folder).map_err(failed)?;
     let mut paths =
         listed.map(|entry| Ok(entry.map_err(failed)?.path())).collect::<Result<Vec<_>, Failure>>()?;
     paths.sort();
     Ok(paths)
+}
+
+/// Makes a folder, unless it is there.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
+    if folder.exists() && !folder.is_dir() {
+        let message = format!("{}: not a folder; choose another name", folder.display());
+        return Err(Failure::new("write", message));
+    }
+    std::fs::create_dir_all(folder).map_err(|e| {
+        let what = "cannot be made";
+        Failure::new("write", format!("{}: {what} ({e}); choose another place for it", folder.display()))
+    })
 }
 
 /// Writes all files or none; the one to standard output last, when nothing else can fail.

@@ -14,6 +14,7 @@ use args::{Cli, Command};
 use clap::Parser;
 use clap::error::ErrorKind;
 use failure::Failure;
+use progress::Verbosity;
 use serde::Serialize;
 use sombrero::io::Limits;
 use std::ffi::OsString;
@@ -88,6 +89,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return usage(&error, arguments.iter().any(|a| a == "--json")),
     };
+    progress::install(match (cli.quiet, cli.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (false, true) => Verbosity::Stages,
+        (false, false) => Verbosity::Usual,
+    });
     let context = Context { limits: cli.limits(), json: cli.json, quiet: cli.quiet };
     let status = match set_threads(cli.threads).and_then(|()| work(&cli.command, &context)) {
         Ok(Outcome::Printed(status)) => Ok(status),

@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::files;
 use serde::Serialize;
+use sombrero::watermark::Key;
 use sombrero_timestamp::{Token, TrustAnchors, Verified};
 use std::path::Path;
 
@@ -52,4 +53,9 @@ pub(crate) fn check(
     let token = Token::from_der(token).map_err(|e| wrong(&e))?;
     let Verified { time, signer, trusted, .. } = token.verify(digest, anchors).map_err(|e| wrong(&e))?;
     Ok(Stamp { time, signer, serial: token.serial().to_owned(), policy: token.policy().to_owned(), trusted })
+}
+
+/// The token that a key holds, checked; `path` is the key's.
+pub(crate) fn of_key(path: &Path, key: &Key, anchors: &TrustAnchors) -> Result<Option<Stamp>, Failure> {
+    key.timestamp.as_ref().map(|token| check(path, token, &key.commitment(), anchors)).transpose()
 }

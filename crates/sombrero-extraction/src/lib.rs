@@ -3,6 +3,7 @@
 mod extractor;
 mod least_squares;
 mod nuisance;
+mod progress;
 mod robust;
 mod smoothing;
 mod surface;

@@ -17,6 +17,7 @@
 
 use crate::extractor::{Estimate, EstimateError, Extractor, check};
 use crate::nuisance::{Deformation, Fields, Nuisance};
+use crate::progress;
 use crate::robust::{GAUSSIAN, TUKEY, biweight, median};
 use crate::system::{Observation, Solution, solve};
 use nalgebra::{Point3, Vector3};
@@ -57,8 +58,10 @@ impl Extractor {
             return Err(EstimateError::NoArea { which: "suspect" });
         }
         let few = Points::new(suspect, COARSE);
-        let mut fit = Fit::new(self);
-        for deformation in Deformation::ALL.into_iter().filter(|d| *d < nuisance.deformation) {
+        let simpler = || Deformation::ALL.into_iter().filter(|d| *d < nuisance.deformation);
+        let [few_solves, all_solves] = [APPROACH * simpler().count() + ITERATIONS[0], ITERATIONS[1]];
+        let mut fit = Fit::new(self, few_solves * few.places.len() + all_solves * all.places.len());
+        for deformation in simpler() {
             // What is simple first: a bend is found from a stretch, and a stretch from a turn.
             fit.fields = self.fields(Nuisance { deformation, smoothing: false });
             fit.iterate(&few, APPROACH, STILL[0]);
@@ -123,6 +126,8 @@ struct Fit<'a> {
     /// Median distance between the suspect's points and the original.
     distance: f64,
     solves: usize,
+    /// Points that were solved for, each as often as it was, and how many there will be at most.
+    progress: (usize, usize),
 }
 
 /// A point of the suspect and the original's point nearest to it.
@@ -135,7 +140,7 @@ struct Pair {
 }
 
 impl<'a> Fit<'a> {
-    fn new(extractor: &'a Extractor) -> Self {
+    fn new(extractor: &'a Extractor, most: usize) -> Self {
         Self {
             extractor,
             fields: extractor.fields(Nuisance { deformation: Deformation::Similarity, smoothing: false }),
@@ -145,11 +150,19 @@ impl<'a> Fit<'a> {
             variance: 0.0,
             distance: 0.0,
             solves: 0,
+            progress: (0, most),
         }
     }
 
     /// Projects and solves until coefficients change by less than `still`; whether they did.
     fn iterate(&mut self, points: &Points, most: usize, still: f64) -> (Solution, bool) {
+        let end = self.progress.0 + most * points.places.len();
+        let result = self.iterate_at_most(points, most, still);
+        self.reached(end);
+        result
+    }
+
+    fn iterate_at_most(&mut self, points: &Points, most: usize, still: f64) -> (Solution, bool) {
         let mut closest = self.surface.closest_many(&points.places);
         let mut solution = self.solve(points, &closest);
         for _ in 1..most {
@@ -176,7 +189,13 @@ impl<'a> Fit<'a> {
         self.positions = extractor.positions(&self.fields, &solution);
         self.surface.refit(&self.positions);
         self.solves += 1;
+        self.reached(self.progress.0 + points.places.len());
         solution
+    }
+
+    fn reached(&mut self, done: usize) {
+        self.progress.0 = done;
+        progress::say(done, self.progress.1);
     }
 
     fn pair(&self, points: &Points, i: usize, closest: &Closest) -> Pair {

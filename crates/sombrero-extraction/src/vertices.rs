@@ -2,6 +2,7 @@
 
 use crate::extractor::{Estimate, EstimateError, Extractor};
 use crate::nuisance::{Fields, Nuisance};
+use crate::progress;
 use crate::robust::{MAXWELL, TUKEY, biweight, median};
 use crate::system::{Observation, Solution, solve};
 use nalgebra::{Point3, Vector3};
@@ -37,10 +38,12 @@ impl Extractor {
         let mut fit = Fit { weights: vec![1.0; observations.len()], variance: LEAST_SCALE * self.side };
         fit.variance = fit.variance.powi(2);
         let mut solution = self.solved(&fields, &observations, &fit);
-        for _ in 1..ITERATIONS {
+        for number in 1..ITERATIONS {
+            progress::say(number * observations.len(), ITERATIONS * observations.len());
             fit = self.reweighted(&fields, &observations, &solution);
             solution = self.solved(&fields, &observations, &fit);
         }
+        progress::say(ITERATIONS * observations.len(), ITERATIONS * observations.len());
         let fit = self.reweighted(&fields, &observations, &solution);
         let positions = self.positions(&fields, &solution);
         Ok(Estimate::new(&solution, &fit.weights, fit.variance, positions, present, (ITERATIONS, true)))

@@ -14,18 +14,19 @@ use nalgebra::{Affine3, Matrix3, Matrix4, Point3, Similarity3, Vector3};
 
 use crate::affine_map::AffineMap;
 use crate::error::{RegistrationError, Side};
-use crate::icp::{Icp, IcpOptions, ROUGH_REACH, Run};
+use crate::icp::{Icp, IcpOptions, ROUGH_REACH, ROUNDS, Run};
 use crate::isotropic;
 use crate::judge::{Fit, Judge};
 use crate::lookup::Lookup;
 use crate::matching::Matching;
 use crate::motion::Motion;
 use crate::orientation::orientations;
+use crate::progress::Progress;
 use crate::reference::Reference;
-use crate::register::{HYPOTHESIS_REACH, RegisterOptions, Starts};
+use crate::register::{HYPOTHESIS_REACH, MATCHING, RegisterOptions, Starts};
 use crate::rotations;
 use crate::sample::{Sample, scattered};
-use crate::search::{Candidate, GOOD, Search};
+use crate::search::{Candidate, GOOD, REFINING, SYMMETRIES, Search};
 use crate::shape::{Shape, to_unit};
 use crate::verdict::is_trusted;
 
@@ -38,6 +39,8 @@ const RADIUS: f64 = 0.3;
 /// Rotations in isotropic position, and maps by landmarks, that are tried on the surfaces themselves.
 const ROTATIONS: usize = 8;
 const HYPOTHESES: usize = 24;
+/// What all rotations count in [`Progress`], where a trial counts 1.
+const ROTATING: usize = 10;
 /// Share of the samples that a rotation has to put onto the surface.
 const LEAST: f64 = 0.3;
 
@@ -93,7 +96,13 @@ pub fn register_affine(
 ) -> Result<AffineRegistration, RegistrationError> {
     options.icp.check()?;
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
-    let search = Search::new(&reference.shape, &suspect, options);
+    let starts = match &options.starts {
+        Starts::Auto => 2 * (ROTATING + ROTATIONS + MATCHING + HYPOTHESES),
+        Starts::Given(starts) => starts.len(),
+        Starts::Moments => 2 * (ROTATING + ROTATIONS),
+    };
+    let progress = Progress::new(starts + REFINING + SYMMETRIES);
+    let search = Search::new(&reference.shape, &suspect, options, progress);
     let candidates = match &options.starts {
         Starts::Auto => search.concluded(auto(&search, reference)),
         Starts::Given(starts) => {
@@ -123,7 +132,8 @@ pub fn refine_affine(
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
     let start = to_unit(&reference.shape, &suspect, start).ok_or(RegistrationError::Start { index: 0 })?;
     let icp = Icp::new(&reference.shape, &suspect, options);
-    let run = icp.all_rounds(start.map(), ROUGH_REACH, options.max_iterations);
+    let progress = Progress::new(ROUNDS);
+    let run = icp.all_rounds(start.map(), ROUGH_REACH, options.max_iterations, || progress.advance(1));
     let fit = Judge::fine(&reference.shape, &suspect, options).fit(&run.pose);
     finished(&reference.shape, &suspect, &[Candidate { run, fit }], 0)
 }
@@ -135,7 +145,9 @@ fn auto(search: &Search, reference: &Reference) -> Vec<Candidate<AffineMap>> {
             break;
         }
         let matching = Matching::new(reference, search.suspect, *orientation);
-        candidates.extend(search.tried(matching.affine_maps(HYPOTHESES), HYPOTHESIS_REACH));
+        let maps = matching.affine_maps(HYPOTHESES);
+        search.progress.advance(MATCHING);
+        candidates.extend(search.tried(maps, HYPOTHESIS_REACH));
         candidates = search.sorted(candidates);
     }
     candidates
@@ -160,6 +172,7 @@ fn by_rotation(search: &Search) -> Vec<Candidate<AffineMap>> {
         let Some((_, there, samples)) = isotropic(search.suspect, *orientation) else { continue };
         let looks = &samples[..samples.len().min(LOOKS)];
         let found = rotations::poses(&lookup, looks, &Point3::origin(), LEAST, ROTATIONS);
+        search.progress.advance(ROTATING);
         starts.extend(found.iter().map(|rotation| back.after(&rotation.map()).after(&there)));
     }
     search.tried(starts, ROUGH_REACH)

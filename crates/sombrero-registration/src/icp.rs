@@ -23,6 +23,7 @@ use crate::error::{RegistrationError, Side};
 use crate::judge::Judge;
 use crate::motion::Motion;
 use crate::pairs::{self, Pair, Policy, Weights};
+use crate::progress::Progress;
 use crate::reference::Reference;
 use crate::register::{Pose, Registration};
 use crate::sample::{Sample, samples};
@@ -34,6 +35,8 @@ const TRIAL_SAMPLES: usize = 500;
 pub(crate) const ROUGH_REACH: f64 = 0.3;
 /// Least [`IcpOptions::relative_tolerance`] of all rounds but the last.
 const COARSE_TOLERANCE: f64 = 0.3;
+/// Coarse, fine and uniform.
+pub(crate) const ROUNDS: usize = 3;
 /// Steps below this move nothing but rounding errors, in units of the diagonal.
 const SMALLEST_STEP: f64 = 1e-13;
 
@@ -111,7 +114,8 @@ pub fn align(
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
     let start = to_unit(&reference.shape, &suspect, start).ok_or(RegistrationError::Start { index: 0 })?;
     let icp = Icp::new(&reference.shape, &suspect, options);
-    let run = icp.all_rounds(start, ROUGH_REACH, options.max_iterations);
+    let progress = Progress::new(ROUNDS);
+    let run = icp.all_rounds(start, ROUGH_REACH, options.max_iterations, || progress.advance(1));
     let judge = Judge::fine(&reference.shape, &suspect, options);
     let fit = judge.fit(&run.pose.map());
     let pose = Pose::new(&reference.shape, &suspect, &run.pose, &fit)?;
@@ -177,15 +181,25 @@ impl<'a> Icp<'a> {
         Run { iterations: start.iterations + run.iterations, ..run }
     }
 
-    /// One after the other.
-    pub(crate) fn all_rounds<M: Motion>(&self, start: M, reach: f64, max_iterations: usize) -> Run<M> {
+    /// One after the other; `done` is called after each of the [`ROUNDS`].
+    pub(crate) fn all_rounds<M: Motion>(
+        &self,
+        start: M,
+        reach: f64,
+        max_iterations: usize,
+        done: impl Fn(),
+    ) -> Run<M> {
         let coarse = self.coarse_round(start, reach, max_iterations.div_ceil(2));
+        done();
         let fine = self.fine_round(coarse.pose, reach, max_iterations - coarse.iterations);
+        done();
         let fine = Run { iterations: coarse.iterations + fine.iterations, ..fine };
-        match self.options.uniform_reach {
+        let last = match self.options.uniform_reach {
             Some(reach) => self.uniform_round(fine, reach, max_iterations),
             None => fine,
-        }
+        };
+        done();
+        last
     }
 
     fn run<M: Motion>(&self, samples: &[Sample], start: M, solver: PointToPlane, most: usize) -> Run<M> {

@@ -16,6 +16,7 @@ mod motion;
 mod orientation;
 mod pairs;
 mod procrustes;
+mod progress;
 mod ranking;
 mod reference;
 mod register;

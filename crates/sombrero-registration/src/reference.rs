@@ -39,6 +39,17 @@ impl Reference {
         self.shape.diagonal
     }
 
+    /// How far points lie from the surface as they are, root mean square, in model units; infinite without points or
+    /// with one that is not finite.
+    pub fn distance(&self, points: &[Point3<f64>]) -> f64 {
+        let unit = |p: &Point3<f64>| Point3::from((p - self.shape.centre) / self.shape.diagonal);
+        let points: Vec<Point3<f64>> = points.iter().map(unit).collect();
+        let found = self.shape.closest_many(&points, &mut Vec::new());
+        let squares: Option<Vec<f64>> = found.into_iter().map(|c| Some(c?.distance().powi(2))).collect();
+        let mean = squares.filter(|s| !s.is_empty()).map(|s| s.iter().sum::<f64>() / s.len() as f64);
+        mean.map_or(f64::INFINITY, |mean| mean.sqrt() * self.shape.diagonal)
+    }
+
     /// Whoever asks first makes them. Two who ask at once both do: one that waited for the other could be what
     /// the other waits for, on a thread that both share.
     pub(crate) fn landmarks(&self) -> &Landmarks {

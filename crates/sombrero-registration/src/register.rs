@@ -17,14 +17,19 @@ use crate::icp::{IcpOptions, ROUGH_REACH};
 use crate::judge::Fit;
 use crate::matching::Matching;
 use crate::orientation::orientations;
+use crate::progress::Progress;
 use crate::reference::Reference;
-use crate::search::{Candidate, GOOD, Search};
+use crate::search::{Candidate, GOOD, REFINING, SYMMETRIES, Search};
 use crate::shape::{Shape, to_model, to_unit};
 use crate::start;
 use crate::verdict::is_trusted;
 
 /// Poses by landmarks that are tried on the surfaces themselves.
 const HYPOTHESES: usize = 16;
+/// Poses by moments at most.
+const MOMENTS: usize = 24;
+/// What the matching of landmarks counts in [`Progress`], where a trial counts 1.
+pub(crate) const MATCHING: usize = 60;
 /// How far from its counterpart a sample may be in such a pose, in units of the diagonal.
 pub(crate) const HYPOTHESIS_REACH: f64 = 0.05;
 
@@ -159,7 +164,13 @@ pub fn register(
 ) -> Result<Registration, RegistrationError> {
     options.icp.check()?;
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
-    let search = Search::new(&reference.shape, &suspect, options);
+    let starts = match &options.starts {
+        Starts::Auto => MOMENTS + 2 * (MATCHING + HYPOTHESES),
+        Starts::Moments => MOMENTS,
+        Starts::Given(starts) => starts.len(),
+    };
+    let progress = Progress::new(starts + REFINING + SYMMETRIES);
+    let search = Search::new(&reference.shape, &suspect, options, progress);
     let candidates = match &options.starts {
         Starts::Auto => search.concluded(auto(&search, reference)),
         Starts::Moments => {
@@ -192,7 +203,9 @@ fn auto(search: &Search, reference: &Reference) -> Vec<Candidate<Similarity3<f64
             break;
         }
         let matching = Matching::new(reference, search.suspect, *orientation);
-        candidates.extend(search.tried(matching.poses(HYPOTHESES), HYPOTHESIS_REACH));
+        let poses = matching.poses(HYPOTHESES);
+        search.progress.advance(MATCHING);
+        candidates.extend(search.tried(poses, HYPOTHESIS_REACH));
         candidates = search.sorted(candidates);
     }
     candidates

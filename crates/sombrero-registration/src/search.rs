@@ -3,9 +3,10 @@
 use nalgebra::Similarity3;
 use rayon::prelude::*;
 
-use crate::icp::{Icp, Run};
+use crate::icp::{Icp, ROUNDS, Run};
 use crate::judge::{Fit, Judge, REACH};
 use crate::motion::Motion;
+use crate::progress::Progress;
 use crate::register::RegisterOptions;
 use crate::shape::Shape;
 use crate::verdict::{is_promising, is_trusted};
@@ -26,6 +27,11 @@ const SAME: f64 = 0.01;
 /// diagonal: about what a mark does to the surface.
 const TOLD_APART: (f64, f64) = (1.5, 5e-4);
 
+/// What the full refinement of all candidates counts in [`Progress`], where a trial counts 1.
+pub(crate) const REFINING: usize = 60;
+/// What a look at the symmetries counts.
+pub(crate) const SYMMETRIES: usize = 20;
+
 /// A start after refinement.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Candidate<M> {
@@ -39,11 +45,17 @@ pub(crate) struct Search<'a> {
     pub(crate) suspect: &'a Shape,
     options: &'a RegisterOptions,
     icp: Icp<'a>,
+    pub(crate) progress: Progress,
 }
 
 impl<'a> Search<'a> {
-    pub(crate) fn new(reference: &'a Shape, suspect: &'a Shape, options: &'a RegisterOptions) -> Self {
-        Self { reference, suspect, options, icp: Icp::new(reference, suspect, &options.icp) }
+    pub(crate) fn new(
+        reference: &'a Shape,
+        suspect: &'a Shape,
+        options: &'a RegisterOptions,
+        progress: Progress,
+    ) -> Self {
+        Self { reference, suspect, options, icp: Icp::new(reference, suspect, &options.icp), progress }
     }
 
     /// Each start after a coarse round, best first, without repetitions.
@@ -53,9 +65,14 @@ impl<'a> Search<'a> {
         let most = TRIAL_ITERATIONS.min(self.options.icp.max_iterations);
         let trial = |start: M| {
             let run = self.icp.trial_round(start, reach, most);
-            Candidate { run, fit: judge.fit(&run.pose.map()) }
+            let fit = judge.fit(&run.pose.map());
+            self.progress.advance(1);
+            Candidate { run, fit }
         };
-        self.sorted(hopeful(&judge, starts).into_par_iter().map(trial).collect())
+        let count = starts.len();
+        let hopeful = hopeful(&judge, starts);
+        self.progress.advance(count - hopeful.len());
+        self.sorted(hopeful.into_par_iter().map(trial).collect())
     }
 
     /// What a search without a hint ends with.
@@ -72,10 +89,13 @@ impl<'a> Search<'a> {
     pub(crate) fn refined<M: Motion>(&self, mut candidates: Vec<Candidate<M>>) -> Vec<Candidate<M>> {
         candidates = comparable(candidates);
         candidates.truncate(REFINED);
+        self.progress.at_most_left(REFINING + SYMMETRIES);
+        let round = REFINING / (candidates.len().max(1) * ROUNDS);
         let judge = self.fine_judge();
         let refine = |candidate: Candidate<M>| {
             let left = self.options.icp.max_iterations.saturating_sub(candidate.run.iterations);
-            let mut run = self.icp.all_rounds(candidate.run.pose, REFINED_REACH, left);
+            let mut run =
+                self.icp.all_rounds(candidate.run.pose, REFINED_REACH, left, || self.progress.advance(round));
             run.iterations += candidate.run.iterations;
             Candidate { run, fit: judge.fit(&run.pose.map()) }
         };
@@ -110,6 +130,7 @@ impl<'a> Search<'a> {
         mut candidates: Vec<Candidate<M>>,
         symmetries: &[Similarity3<f64>],
     ) -> Vec<Candidate<M>> {
+        self.progress.at_most_left(SYMMETRIES);
         let Some(&best) = candidates.first() else { return candidates };
         if symmetries.is_empty() || !is_trusted(&best.fit) {
             return candidates;

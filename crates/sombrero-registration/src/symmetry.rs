@@ -7,6 +7,7 @@
 use nalgebra::Similarity3;
 
 use crate::lookup::Lookup;
+use crate::progress::Progress;
 use crate::register::RegisterOptions;
 use crate::rotations;
 use crate::sample::scattered;
@@ -26,7 +27,8 @@ pub(crate) fn symmetries(shape: &Shape, lookup: &Lookup) -> Vec<Similarity3<f64>
     let mut starts = vec![Similarity3::identity()];
     starts.extend(rotations::poses(lookup, &samples, &shape.moments.centroid, LEAST, MOST));
     let options = RegisterOptions::default();
-    let search = Search::new(shape, shape, &options);
+    // Whoever needs the symmetries says how far it is itself.
+    let search = Search::new(shape, shape, &options, Progress::silent());
     let found = comparable(search.sorted(search.settled(starts)));
     let is_other = |pose: &Similarity3<f64>| search.is_other(pose, &Similarity3::identity());
     found.into_iter().map(|c| c.run.pose).filter(is_other).collect()

@@ -31,8 +31,13 @@ const WOLFE: (f64, f64) = (1e-4, 0.4);
 /// An iteration that lowers the energy by less than this fraction is the last one of its round.
 const DECREASE: f64 = 1e-5;
 
-/// Moves `points` downhill, for so many iterations at most; returns how many it took.
-pub(crate) fn minimise(energy: &Energy<'_>, points: &mut [Vector3<f64>], iterations: usize) -> usize {
+/// Moves `points` downhill, for so many iterations at most; returns how many it took. `say` is told how many are over.
+pub(crate) fn minimise(
+    energy: &Energy<'_>,
+    points: &mut [Vector3<f64>],
+    iterations: usize,
+    say: impl Fn(usize),
+) -> usize {
     let roots: Vec<f64> = energy.curvatures().into_iter().map(f64::sqrt).collect();
     let start = points.iter().zip(&roots).flat_map(|(p, r)| [p.x * r, p.y * r, p.z * r]).collect();
     let memory = RefCell::new(Memory::new(start, EVALUATIONS * iterations));
@@ -40,7 +45,7 @@ pub(crate) fn minimise(energy: &Energy<'_>, points: &mut [Vector3<f64>], iterati
         let before = memory.borrow().best_cost;
         let left = iterations - memory.borrow().iterations;
         // An error says that the line search found no way down; what was found before is in the memory.
-        let _ = run(Objective { energy, roots: &roots, memory: &memory }, left);
+        let _ = run(Objective { energy, roots: &roots, memory: &memory }, left, &say);
         let memory = memory.borrow();
         // From the best point, straight downhill, there may be a way where the conjugate direction had none.
         let settled = memory.best_cost >= (1.0 - DECREASE) * before;
@@ -53,12 +58,12 @@ pub(crate) fn minimise(energy: &Energy<'_>, points: &mut [Vector3<f64>], iterati
     memory.iterations
 }
 
-fn run(objective: Objective<'_>, iterations: usize) -> Result<(), Error> {
+fn run(objective: Objective<'_>, iterations: usize, say: &dyn Fn(usize)) -> Result<(), Error> {
     let search = MoreThuenteLineSearch::new().with_c(WOLFE.0, WOLFE.1)?;
     let memory = objective.memory;
     let start = memory.borrow().best.clone();
     let inner = NonlinearConjugateGradient::new(search, PolakRibierePlus::new());
-    let solver = Settling { inner, memory, previous: f64::INFINITY };
+    let solver = Settling { inner, memory, previous: f64::INFINITY, say };
     let configured = |state: IterState<Vec<f64>, Vec<f64>, (), (), (), f64>| {
         state.param(start).max_iters(iterations as u64)
     };
@@ -166,6 +171,7 @@ struct Settling<'a, S> {
     inner: S,
     memory: &'a RefCell<Memory>,
     previous: f64,
+    say: &'a dyn Fn(usize),
 }
 
 impl<O, I: State<Float = f64>, S: Solver<O, I>> Solver<O, I> for Settling<'_, S> {
@@ -178,7 +184,9 @@ impl<O, I: State<Float = f64>, S: Solver<O, I>> Solver<O, I> for Settling<'_, S>
     }
 
     fn next_iter(&mut self, problem: &mut Problem<O>, state: I) -> Result<(I, Option<KV>), Error> {
-        self.memory.borrow_mut().iterations += 1;
+        let before = self.memory.borrow().iterations;
+        (self.say)(before);
+        self.memory.borrow_mut().iterations = before + 1;
         self.inner.next_iter(problem, state)
     }
 

@@ -132,7 +132,7 @@ pub enum EmbedError {
     Extract(#[from] ExtractError),
     /// The file's numbers are too coarse for the mark.
     #[error(
-        "the mark does not survive being stored (log10 p is {log10_p:.1} in the marked file): the file's number type is too coarse for its coordinates; move the model nearer to the origin, use a format with double precision, or raise epsilon"
+        "the mark does not survive being stored (log10 p is {log10_p:.1} in the marked file): the file's number type is too coarse for its coordinates; move the model nearer to the origin, use a format with double precision, raise epsilon or allow a larger displacement"
     )]
     Lost {
         /// What was found in the marked file.
@@ -313,8 +313,8 @@ impl<'a> Marker<'a> {
         let mut warnings = self.warnings.clone();
         if log10_p_after_noise > READ_BACK {
             warnings.push(format!(
-                "The mark is weak: after noise of 0.2 % of the largest side log10 p would be {log10_p_after_noise:.1}; \
-                 raise epsilon or the number of coefficients if the model may be changed."
+                "The mark is weak: after noise of 0.2 % of the largest side the paper's test would give log10 p = \
+                 {log10_p_after_noise:.1}; raise epsilon, or allow a larger displacement, if the model bears it."
             ));
         }
         let report = EmbedReport {

@@ -2,6 +2,7 @@
 //! cannot depend on a watermark.
 
 use crate::detect::DetectError;
+use crate::timing::Stages;
 use crate::{Model, StoredBasis, Suspect};
 use nalgebra::Point3;
 use sombrero_basis::Basis;
@@ -33,13 +34,18 @@ impl Original {
         parameters: Parameters,
         stored: Option<StoredBasis>,
     ) -> Result<Self, DetectError> {
-        let mut model = Model::new(&file.soup());
-        if model.repaired().mesh.face_count() == 0 {
+        // Timed for those who listen to the events; the caller times the whole.
+        let mut seconds = Stages::default();
+        let mut model = seconds.time("weld", || Model::new(&file.soup()));
+        if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
             return Err(DetectError::NoFaces { which: "original" });
         }
         let basis = match stored {
             Some(StoredBasis(basis)) => basis,
-            None => model.basis(&parameters.basis)?,
+            None => {
+                let mut progressive = seconds.time("conversion", || model.progressive());
+                seconds.time("basis", || model.basis_of(&mut progressive, &parameters.basis))?
+            }
         };
         model.forget_repaired();
         let (extractor, reference) = (OnceLock::new(), OnceLock::new());

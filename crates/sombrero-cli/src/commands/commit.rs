@@ -103,7 +103,10 @@ fn text(args: &Commit, report: &Report) -> String {
         lines.push(format!("  statement     {statement} (secret: it opens the commitment)"));
     }
     if let Some(stamp) = &report.timestamp {
-        lines.push(format!("  stored        in {}", args.key.display()));
+        lines.push(format!(
+            "  stored        in {}, whose hash changes; its commitment does not",
+            args.key.display()
+        ));
         lines.extend(stamp.lines());
     }
     lines.push(MEANING.to_owned());

@@ -12,6 +12,7 @@ use sombrero::report::{DetectionReport, detection_report};
 use sombrero::watermark::Key;
 use sombrero::{DetectError, DetectOptions, Detection, Prepared, StoredBasis};
 use std::cell::OnceCell;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -47,10 +48,18 @@ pub(crate) fn run(args: &Detect, context: &Context) -> Result<Outcome, Failure> 
         ([suspect], report) if one => Ok(Outcome::Answer(looker.look(suspect, report.as_deref())?)),
         (_, None) => batch::each(&suspects, "suspect", context, |suspect| looker.look(suspect, None)),
         (_, Some(folder)) => {
-            std::fs::create_dir_all(folder).map_err(|e| Failure::about("write", folder, &e))?;
+            files::make_folder(folder)?;
+            let mut taken = BTreeSet::new();
             batch::each(&suspects, "suspect", context, |suspect| {
                 let name = suspect.file_name().unwrap_or(suspect.as_os_str());
                 let page = folder.join(name).with_added_extension("html");
+                if !taken.insert(page.clone()) {
+                    let message = format!(
+                        "{}: two suspects have this name; put their reports into different folders",
+                        page.display()
+                    );
+                    return Err(Failure::new("write", message));
+                }
                 files::check_outputs(&[&page], &inputs, args.force)?;
                 looker.look(suspect, Some(&page))
             })
@@ -119,8 +128,14 @@ impl<'a> Looker<'a> {
             let output = Output { path: page, bytes: html.as_bytes(), access: Access::Usual };
             files::write_all(&[output], args.force)?;
         }
-        let json = json(&detection, self.from_file, &evidence)?;
-        Ok(Answer::new(text(path, &detection), &json)?.found_if(detection.detected))
+        let mut json = json(&detection, self.from_file, &evidence)?;
+        let mut text = text(path, &detection);
+        if let Some(page) = page {
+            let page = page.display().to_string();
+            text += &format!("\n  report        {page}");
+            json["report"] = page.into();
+        }
+        Ok(Answer::new(text, &json)?.found_if(detection.detected))
     }
 
     fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
@@ -131,6 +146,7 @@ impl<'a> Looker<'a> {
                 suspect: FileHash::new(path, &suspect.content()),
                 original: self.original.clone(),
                 key: self.key.clone(),
+                commitment: hex::encode(self.prepared.key().commitment()),
             },
             settings: Settings { method, registration, resampling, threshold, seed },
         }

@@ -48,6 +48,7 @@ fn text(args: &Args, i: &Info) -> String {
 fn topology(i: &Info) -> String {
     let boundary = match i.boundary_loops {
         0 => "closed".to_owned(),
+        1 => format!("1 boundary loop of {} edges", i.boundary_edges),
         loops => format!("{loops} boundary loops of {} edges", i.boundary_edges),
     };
     let genus = i.genus.map_or(String::new(), |g| format!(", genus {g}"));

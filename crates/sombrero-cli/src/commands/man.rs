@@ -9,13 +9,14 @@ use sombrero::io::{Access, Output};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Man, context: &Context) -> Result<Outcome, Failure> {
-    let mut program = Cli::command();
+    // It would be listed, and its page has nothing to say.
+    let mut program = Cli::command().disable_help_subcommand(true);
     program.build();
     let Some(folder) = &args.output else {
         return print(&program, context);
     };
     let mut pages = vec![(folder.join("sombrero.1"), page(program.clone())?)];
-    for command in program.get_subcommands().filter(|command| command.get_name() != "help") {
+    for command in program.get_subcommands() {
         let name = format!("sombrero-{}", command.get_name());
         let path = folder.join(format!("{name}.1"));
         let command = command.clone().name(name.clone()).display_name(name);
@@ -23,7 +24,7 @@ pub(crate) fn run(args: &Man, context: &Context) -> Result<Outcome, Failure> {
     }
     let paths: Vec<&Path> = pages.iter().map(|(path, _)| path.as_path()).collect();
     files::check_outputs(&paths, &[], args.force)?;
-    std::fs::create_dir_all(folder).map_err(|e| Failure::about("write", folder, &e))?;
+    files::make_folder(folder)?;
     let outputs = pages.iter().map(|(path, bytes)| Output { path, bytes, access: Access::Usual });
     files::write_all(&outputs.collect::<Vec<_>>(), args.force)?;
     let files: Vec<String> =

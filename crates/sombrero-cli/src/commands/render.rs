@@ -28,6 +28,11 @@ pub(crate) fn run(args: &Render, context: &Context) -> Result<Outcome, Failure> 
     let inputs: Vec<&Path> =
         [Some(&args.mesh), args.compare.as_ref()].into_iter().flatten().map(|p| p.as_path()).collect();
     files::check_outputs(&[&args.output], &inputs, args.force)?;
+    let is_png = args.output.extension().is_none_or(|e| e.eq_ignore_ascii_case("png"));
+    if !is_png {
+        let message = format!("{}: pictures are PNG; give a name that ends in .png", args.output.display());
+        return Err(Failure::new("usage", message));
+    }
     let _progress = Progress::new(format!("drawing {}", args.mesh.display()));
     let soup = read(&args.mesh, context.limits)?;
     let distances = match &args.compare {

@@ -183,7 +183,7 @@ fn text(args: &Args, report: &Report) -> String {
     let named = report.recipients.iter().filter(|r| r.named).count();
     let mut lines = vec![match named {
         0 => format!("NOBODY NAMED: no recipient's mark was found in {}", args.suspect.display()),
-        1 => format!("NAMED: {} holds the copy of", args.suspect.display()),
+        1 => format!("NAMED: {} is the copy of one recipient", args.suspect.display()),
         _ => format!("NAMED: {} was made of the copies of {named} recipients", args.suspect.display()),
     }];
     for r in report.recipients.iter().take(named) {
@@ -194,7 +194,9 @@ fn text(args: &Args, report: &Report) -> String {
         ));
     }
     if let Some(next) = report.recipients.get(named) {
-        lines.push(format!("  next best     {}, log10 p {:.1}: not named", next.recipient, next.log10_p));
+        // A name at the level of chance would only be held against somebody.
+        let name = if next.log10_p < -2.0 { format!("{}, ", next.recipient) } else { String::new() };
+        lines.push(format!("  next best     {name}log10 p {:.1}: not named", next.log10_p));
     }
     lines.extend([
         format!(

@@ -49,7 +49,7 @@ impl Method {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Step {
-    /// With and without, and the better one counts.
+    /// The robust method takes it as the suspect asks for; the paper's tries with and without, and the better one counts.
     #[default]
     Auto,
     /// Only with it.

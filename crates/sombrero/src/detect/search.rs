@@ -38,6 +38,9 @@ const TOLD_APART: (f64, f64) = (1.5, 5e-4);
 /// and surfaces need not be compared.
 const CORRESPONDS: f64 = 0.01;
 
+/// So many points tell where a suspect lies.
+const ENOUGH: usize = 2000;
+
 /// No further variant is tried once the best is this many orders of magnitude below the threshold.
 const MARGIN: f64 = 54.0;
 
@@ -257,7 +260,28 @@ impl<'a, J: Judge> Search<'a, J> {
         }
         let others = similar.alternatives.iter().map(|pose| pose.reference_from_suspect);
         let poses = [similar.reference_from_suspect].into_iter().chain(others).take(MOST_POSES);
-        Ok(poses.map(affine).collect())
+        let mut poses: Vec<Affine3<f64>> = poses.map(affine).collect();
+        if self.lies_elsewhere(&poses)? {
+            poses.insert(0, Affine3::identity());
+            poses.truncate(MOST_POSES);
+        }
+        Ok(poses)
+    }
+
+    /// Whether the suspect lies on the original as it is, and none of the poses says so: a small piece that nobody moved
+    /// may fit better somewhere else.
+    fn lies_elsewhere(&self, poses: &[Affine3<f64>]) -> Result<bool, DetectError> {
+        let near = CORRESPONDS * self.original.model.largest_side();
+        let points = &self.suspect.soup.points;
+        let some: Vec<Point3<f64>> =
+            points.iter().step_by(points.len().div_ceil(ENOUGH).max(1)).copied().collect();
+        let moves = |pose: &Affine3<f64>| {
+            let squares: f64 = some.iter().map(|p| (pose * p - p).norm_squared()).sum();
+            (squares / some.len().max(1) as f64).sqrt() > near
+        };
+        Ok(self.options.registration == Step::Auto
+            && poses.iter().all(moves)
+            && self.original.reference()?.distance(&some) < near)
     }
 
     fn show(&mut self, look: Look, estimate: &Estimate) -> Result<(), DetectError> {

@@ -6,6 +6,7 @@ use crate::evidence::{Evidence, FileHash, Files, PROGRAM, Settings};
 use crate::failure::Failure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use sombrero::attacks::{Attack, apply_all, noise};
 use sombrero::io::{Access, Document, Format, encode};
 use sombrero::mesh::Soup;
@@ -55,6 +56,9 @@ pub(super) struct Tried {
 }
 
 impl Case {
+    /// How many there are.
+    pub(super) const SUSPECTS: usize = BATTERY.len() + 1;
+
     pub(super) fn new(
         name: &'static str,
         format: Format,
@@ -71,19 +75,22 @@ impl Case {
     }
 
     /// The copy after each attack of the battery, and the original with noise.
-    pub(super) fn tried(&self, seed: u64) -> Result<Vec<Tried>, Failure> {
+    pub(super) fn tried(&self, seed: u64, count: &(impl Fn() + Sync)) -> Result<Vec<Tried>, Failure> {
         let copy = Document::parse(self.marked.bytes.clone(), None).map_err(|e| self.failed(&e))?.soup();
-        let mut tried = Vec::new();
-        for (name, spec) in BATTERY {
+        let attacked = BATTERY.par_iter().map(|(name, spec)| {
             let attacks: Result<Vec<Attack>, _> = spec.split(' ').map(str::parse).collect();
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let attacked = apply_all(&attacks.map_err(|e| self.failed(&e))?, &copy, &mut rng);
-            tried.push(self.look(name, true, &attacked.map_err(|e| self.failed(&e))?.soup)?);
-        }
+            let tried = self.look(name, true, &attacked.map_err(|e| self.failed(&e))?.soup);
+            count();
+            tried
+        });
+        let mut tried: Vec<Tried> = attacked.collect::<Result<_, _>>()?;
         let amplitude = 0.002 * self.prepared.model().largest_side();
         let noisy = noise(self.original.points(), amplitude, &mut ChaCha8Rng::seed_from_u64(1));
         let unmarked = Soup::new(noisy, self.original.triangles().to_vec());
         tried.push(self.look("not marked, noise 0.2 %", false, &unmarked)?);
+        count();
         Ok(tried)
     }
 
@@ -119,6 +126,7 @@ impl Case {
                         suspect: hash(&tried.file, tried.document.bytes()),
                         original: hash(&original, self.original.bytes()),
                         key: hash(&key_name, &key),
+                        commitment: hex::encode(self.marked.key.commitment()),
                     },
                     settings: Settings::default(),
                 };

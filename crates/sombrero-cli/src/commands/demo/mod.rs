@@ -15,6 +15,7 @@ use sombrero::EmbedReport;
 use sombrero::io::{Access, Format, Output};
 use sombrero::mesh::shapes;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[derive(Serialize)]
 struct Report {
@@ -59,9 +60,11 @@ pub(crate) fn run(args: &Demo) -> Result<Answer, Failure> {
         Case::new("bust", Format::PlyBinaryLittleEndian, &shapes::bust(shapes::BUST_RESOLUTION), &mut rng)?,
     ];
     let (mut rows, mut files, mut strips) = (Vec::new(), Vec::new(), Vec::new());
-    for (done, case) in cases.iter().enumerate() {
-        progress.count(done, cases.len());
-        let tried = case.tried(args.seed)?;
+    let done = AtomicUsize::new(0);
+    progress.count(0, cases.len() * Case::SUSPECTS);
+    let count = || progress.count(done.fetch_add(1, Ordering::Relaxed) + 1, cases.len() * Case::SUSPECTS);
+    for case in &cases {
+        let tried = case.tried(args.seed, &count)?;
         strips.push(pictures::strip(case, &tried));
         files.extend(case.files(&tried)?);
         rows.extend(tried.iter().map(|tried| row(case, tried)));
@@ -97,9 +100,8 @@ fn row(case: &Case, tried: &Tried) -> Row {
 /// Before any work: the folder can be one, and nothing of ours is in it, unless it may be replaced.
 fn check_folder(args: &Demo) -> Result<(), Failure> {
     let folder = &args.output;
-    if folder.exists() && !folder.is_dir() {
-        let message = format!("{}: not a folder; choose another name", folder.display());
-        return Err(Failure::new("write", message));
+    if folder.exists() {
+        files::make_folder(folder)?;
     }
     let names = ["part.obj", "part.key", "bust.ply", "bust.key", "demo.png"];
     let paths = names.map(|name| folder.join(name));
@@ -109,7 +111,7 @@ fn check_folder(args: &Demo) -> Result<(), Failure> {
 fn write(args: &Demo, files: &[File]) -> Result<(), Failure> {
     let paths: Vec<PathBuf> = files.iter().map(|f| args.output.join(&f.name)).collect();
     files::check_outputs(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>(), &[], args.force)?;
-    std::fs::create_dir_all(&args.output).map_err(|e| Failure::about("write", &args.output, &e))?;
+    files::make_folder(&args.output)?;
     let outputs: Vec<Output<'_>> =
         paths.iter().zip(files).map(|(path, f)| Output { path, bytes: &f.bytes, access: f.access }).collect();
     files::write_all(&outputs, args.force)

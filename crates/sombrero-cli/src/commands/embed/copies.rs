@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub(super) fn run(args: &Embed, folder: &Path, context: &Context) -> Result<Outcome, Failure> {
     let inputs = batch::expand(&args.inputs)?;
     let given = files::given_secret(args.secret_file.as_deref())?;
-    let keys = make_folders(folder)?;
+    let keys = folder.join("keys");
     let mut taken: Vec<PathBuf> = Vec::new();
     batch::each(&inputs, "input", context, |input| {
         let name = input.file_name().filter(|_| !files::is_standard(input));
@@ -29,12 +29,13 @@ pub(super) fn run(args: &Embed, folder: &Path, context: &Context) -> Result<Outc
         }
         taken.push(output.clone());
         let key = keys.join(name).with_added_extension("key");
-        copy(args, &Place { input, output: &output, key: &key }, given, context)
+        copy(args, folder, &Place { input, output: &output, key: &key }, given, context)
     })
 }
 
 fn copy(
     args: &Embed,
+    folder: &Path,
     place: &Place<'_>,
     given: Option<Secret>,
     context: &Context,
@@ -44,22 +45,27 @@ fn copy(
     let original = files::read_mesh(input, context.limits)?;
     let identity = Identity { owner: args.owner.clone(), recipient: args.recipient.clone() };
     if !args.force && is_done(args, place, &identity, &Fingerprint::of(&original.content()))? {
-        let [output, key] = [output, key].map(|path| path.display().to_string());
+        let [input, output, key] = [input, output, key].map(|path| path.display().to_string());
         let text = format!("kept {output}, which was marked before");
-        return Answer::new(text, &json!({ "output": output, "key": key, "kept": true }));
+        return Answer::new(text, &json!({ "input": input, "output": output, "key": key, "kept": true }));
     }
     files::check_outputs(&[output, key], &[input], args.force)?;
     let secret = own_secret(given, &original.content(), &identity)?;
     let marked = super::mark(args, &original, input, output, secret)?;
+    make_folders(folder)?;
     super::write(&marked, &original, place, &[input], args.force, context.limits)?;
-    super::answer(place, &marked.report)
+    let mut answer = super::answer(place, &marked.report)?;
+    answer.json["input"] = input.display().to_string().into();
+    answer.json["kept"] = false.into();
+    Ok(answer)
 }
 
 /// The folder and its `keys`, which is given back. Only the owner may look into a new one.
 pub(super) fn make_folders(folder: &Path) -> Result<PathBuf, Failure> {
     let keys = folder.join("keys");
     let is_new = !keys.exists();
-    std::fs::create_dir_all(&keys).map_err(|e| Failure::about("write", &keys, &e))?;
+    files::make_folder(folder)?;
+    files::make_folder(&keys)?;
     if is_new {
         make_private(&keys)?;
     }

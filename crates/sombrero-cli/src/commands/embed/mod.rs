@@ -29,8 +29,9 @@ pub(crate) fn run(args: &Embed, context: &Context) -> Result<Outcome, Failure> {
         (Some(folder), Some(list), ..) => recipients::run(args, folder, list, context),
         (Some(folder), None, ..) => copies::run(args, folder, context),
         (None, _, Some(output), Some(key)) => one(args, output, key, context),
-        // The parser asks for them.
-        _ => Err(Failure::new("usage", "an output and a key are needed; give -o and --key, or --out-dir")),
+        _ => {
+            Err(Failure::new("usage", "a copy and its key need names; give --output and --key, or --out-dir"))
+        }
     }
 }
 
@@ -178,7 +179,7 @@ fn text(place: &Place<'_>, report: &EmbedReport) -> String {
         ),
         format!("  normals       turned by {:.2} degrees rms", d.normals_rms.to_degrees()),
         format!(
-            "  read back     log10 p = {:.1}; after noise of 0.2 % it would be {:.1}",
+            "  read back     log10 p = {:.1}; by the paper's test after noise of 0.2 % {:.1}",
             report.log10_p, report.log10_p_after_noise
         ),
         format!("  seconds       {:.2}", report.seconds.total()),

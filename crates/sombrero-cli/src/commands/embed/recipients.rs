@@ -95,6 +95,7 @@ pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -
         }
         let total = fates.iter().filter(|fate| fate.is_none()).count();
         let made = AtomicUsize::new(0);
+        progress.count(0, total);
         let mark = |job: &Job, secret: &Secret| {
             let place = Place { input, output: &job.output, key: &job.key };
             files::check_outputs(&[place.output, place.key], &[input, list], args.force)?;
@@ -164,9 +165,10 @@ fn text(report: &Report) -> String {
             "  mark          {} coefficients, {} basis, epsilon {}",
             first.coefficients, first.basis, first.epsilon
         ));
+        let new = if report.kept > 0 { " new one" } else { "" };
         lines.push(format!("  displacement  at most {longest:.5} of the largest side"));
         lines.push(format!(
-            "  read back     after noise of 0.2 % log10 p of the weakest would be {weakest:.1}"
+            "  read back     by the paper's test after noise of 0.2 % log10 p of the weakest{new} would be {weakest:.1}"
         ));
     }
     lines.push(format!("  seconds       {:.2}", report.seconds));
@@ -183,7 +185,7 @@ fn text(report: &Report) -> String {
 /// One line: whose copy, and the name that its files shall have.
 struct Row {
     recipient: String,
-    file: String,
+    file: Option<String>,
 }
 
 fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
@@ -216,7 +218,7 @@ fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
             )));
         }
         let file = file.and_then(|column| record.get(column)).filter(|file| !file.is_empty());
-        rows.push(Row { file: slug(file.unwrap_or(&text)), recipient: text });
+        rows.push(Row { file: file.map(slug), recipient: text });
     }
     if rows.is_empty() {
         return Err(wrong("no recipients; give a line for each copy".into()));
@@ -224,18 +226,19 @@ fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-/// The names of files for each row: INPUT-NAME. Where two rows have the same, or none, the number of the row tells
-/// them apart, so that a longer list gives the same names to the rows before.
+/// The names of files for each row: the one in the list, or INPUT-RECIPIENT. Where two rows have the same, or none, the
+/// number of the row tells them apart, so that a longer list gives the same names to the rows before.
 fn jobs(args: &Embed, input: &Path, folder: &Path, keys: &Path, rows: Vec<Row>) -> Vec<Job> {
     let stem =
         input.file_stem().and_then(OsStr::to_str).filter(|_| !files::is_standard(input)).unwrap_or("copy");
     let extension = input.extension().and_then(OsStr::to_str);
     let mut taken = BTreeSet::new();
     let job = |(number, row): (usize, Row)| {
-        let mut name = format!("{stem}-{}", row.file);
-        if row.file.is_empty() {
-            name = format!("{stem}-{}", number + 1);
-        }
+        let mut name = match (row.file, slug(&row.recipient)) {
+            (Some(file), _) if !file.is_empty() => file,
+            (_, words) if words.is_empty() => format!("{stem}-{}", number + 1),
+            (_, words) => format!("{stem}-{words}"),
+        };
         while !taken.insert(name.clone()) {
             name = format!("{name}-{}", number + 1);
         }

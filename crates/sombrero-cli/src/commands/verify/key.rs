@@ -34,10 +34,7 @@ pub(super) fn check(args: &Verify, bytes: &[u8], context: &Context) -> Result<An
     let document = files::read_mesh(original, context.limits)?;
     let prepared = Prepared::new(&document, key).map_err(|e| Failure::about("key", path, &e))?;
     let key = prepared.key();
-    let stamp = match &key.timestamp {
-        Some(token) => Some(timestamp::check(path, token, &key.commitment(), &anchors)?),
-        None => None,
-    };
+    let stamp = timestamp::of_key(path, key, &anchors)?;
     let report = Report {
         genuine: true,
         owner: key.identity.owner.clone(),

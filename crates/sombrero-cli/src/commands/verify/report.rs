@@ -4,14 +4,18 @@ use crate::args::Verify;
 use crate::commands::detect::figures;
 use crate::evidence::{Evidence, FileHash, PROGRAM};
 use crate::failure::Failure;
+use crate::timestamp::{self, Stamp};
 use crate::{Answer, Context, files};
 use serde::Serialize;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
+use sombrero::io::Document;
 use sombrero::report::evidence_of;
 use std::path::{Path, PathBuf};
 
 /// What a report says of itself rather than of the files, or what differs from run to run.
-const NOT_FIGURES: [&str; 7] = ["seconds", "warnings", "prepared", "program", "files", "settings", "suspect"];
+const NOT_FIGURES: [&str; 8] =
+    ["seconds", "warnings", "prepared", "program", "files", "settings", "suspect", "report"];
 
 /// So many differences are shown to people.
 const MOST_SHOWN: usize = 12;
@@ -25,12 +29,15 @@ pub(super) struct Recorded {
 #[derive(Serialize)]
 struct Report {
     holds: bool,
+    /// Whether the files are those of the report; if not, nothing else was compared.
+    same_files: bool,
     program: String,
     compared: usize,
     differences: Vec<Difference>,
     suspect: String,
     original: String,
     key: String,
+    timestamp: Option<Stamp>,
 }
 
 /// A figure that is another one now.
@@ -64,35 +71,46 @@ pub(super) fn replay(args: &Verify, recorded: &Recorded, context: &Context) -> R
     ];
     let suspect = files::read_mesh(&paths[0], context.limits)?;
     let original = files::read_mesh(&paths[1], context.limits)?;
-    let key_bytes = files::read_small(&paths[2], files::LARGEST_KEY)?;
-    let now = [
-        FileHash::new(&paths[0], &suspect.content()),
-        FileHash::new(&paths[1], &original.content()),
-        FileHash::new(&paths[2], &key_bytes),
+    let key = files::read_key(&paths[2])?;
+    let stamp = timestamp::of_key(&paths[2], &key, &timestamp::anchors(args.ca.as_deref())?)?;
+    let hash = |document: &Document| hex::encode(Sha256::digest(document.content()));
+    let checks = [
+        ("suspect.sha256", &named.suspect.sha256, hash(&suspect)),
+        ("original.sha256", &named.original.sha256, hash(&original)),
+        // The file may hold a timestamp by now; the key is the same.
+        ("commitment", &named.commitment, hex::encode(key.commitment())),
     ];
-    let mut compared = now.len();
+    let mut compared = checks.len();
     let mut differences = Vec::new();
-    for (role, (then, now)) in ["suspect", "original", "key"]
-        .into_iter()
-        .zip([&named.suspect, &named.original, &named.key].into_iter().zip(&now))
-    {
-        if then.sha256 != now.sha256 {
-            differences.push(Difference {
-                field: format!("files.{role}.sha256"),
-                recorded: then.sha256.clone().into(),
-                found: now.sha256.clone().into(),
-            });
+    for (field, recorded, found) in checks {
+        if *recorded != found {
+            let (recorded, found) = (recorded.clone().into(), found.into());
+            differences.push(Difference { field: format!("files.{field}"), recorded, found });
         }
     }
     // Of other files the figures would be others too.
-    if differences.is_empty() {
-        let key = files::parse_key(&paths[2], &key_bytes)?;
+    let same_files = differences.is_empty();
+    if same_files {
         let options = recorded.evidence.settings.options();
         let found = figures(&suspect, &original, key, &options)
             .map_err(|e| Failure::about("report", &args.file, &e))?;
         compared += compare(&recorded.figures, &found, &mut differences);
     }
-    answer(args, recorded, &now, compared, differences)
+    let [suspect, original, key] = paths.each_ref().map(|path| path.display().to_string());
+    let program = recorded.evidence.program.clone();
+    let report = Report {
+        holds: differences.is_empty(),
+        same_files,
+        program,
+        compared,
+        differences,
+        suspect,
+        original,
+        key,
+        timestamp: stamp,
+    };
+    let answer = Answer::new(text(args, recorded, &report), &report)?;
+    Ok(answer.found_if(report.holds))
 }
 
 /// Where a file of the report is: as it was named, or beside the report.
@@ -134,26 +152,25 @@ fn compare_value(field: &str, recorded: &Value, found: &Value, differences: &mut
     }
 }
 
-fn answer(
-    args: &Verify,
-    recorded: &Recorded,
-    now: &[FileHash; 3],
-    compared: usize,
-    differences: Vec<Difference>,
-) -> Result<Answer, Failure> {
-    let [suspect, original, key] = now.each_ref().map(|file| file.path.clone());
-    let program = recorded.evidence.program.clone();
-    let report =
-        Report { holds: differences.is_empty(), program, compared, differences, suspect, original, key };
-    let verdict = if report.holds { "HOLDS: every figure of" } else { "DOES NOT HOLD: not every figure of" };
+fn text(args: &Verify, recorded: &Recorded, report: &Report) -> String {
+    let file = args.file.display();
+    let verdict = match (report.holds, report.same_files) {
+        (true, _) => format!("HOLDS: every figure of {file} was found again"),
+        (false, true) => format!("DOES NOT HOLD: not every figure of {file} was found again"),
+        (false, false) => {
+            format!("DOES NOT HOLD: the files are not those of {file}, so no figure was compared")
+        }
+    };
+    let genuine = if report.same_files { " (genuine)" } else { "" };
     let mut lines = vec![
-        format!("{verdict} {} was found again", args.file.display()),
-        format!("  compared      {} figures", report.compared),
-        format!("  verdict       {}", verdict_of(&recorded.figures)),
+        verdict,
+        format!("  compared      {} values", report.compared),
+        format!("  it says       {}", verdict_of(&recorded.figures)),
         format!("  suspect       {}", report.suspect),
         format!("  original      {}", report.original),
-        format!("  key           {} (genuine, if all holds)", report.key),
+        format!("  key           {}{genuine}", report.key),
     ];
+    lines.extend(report.timestamp.iter().flat_map(Stamp::lines));
     if report.program != PROGRAM {
         lines.push(format!("  note          it was made by {}, this is {PROGRAM}", report.program));
     }
@@ -166,8 +183,7 @@ fn answer(
             report.differences.len() - MOST_SHOWN
         ));
     }
-    let holds = report.holds;
-    Ok(Answer::new(lines.join("\n"), &report)?.found_if(holds))
+    lines.join("\n")
 }
 
 /// What the report says.
