@@ -1,23 +1,29 @@
 //! Which of many watermarks are in w*, when several may be at once: copies that were averaged.
 //!
-//! The mean of c copies carries Σ wᵢ / c, so that each of the c watermarks correlates with it by about 1/√c, and the
-//! others are noise to it. What is known of the others can be taken away: with S, a set of other watermarks,
+//! The mean of c copies carries Σ wᵢ / c: each mark weakly, and the others are noise to it. Extraction gives w* with the
+//! precision P of its errors. In the coordinates of P's eigenvectors, with eigenvalues l,
 //!
 //! ```text
-//! r(v) = v - the part of v in the span of 1 and the w of S     (least squares)
-//! ρ = r(w*) · r(wᵢ) / (|r(w*)| |r(wᵢ)|)                        (the partial correlation)
-//! p = Pr[T ≥ ρ √(ν / (1 - ρ²))],   ν = k - 2 - |S|            (k coefficients)
+//! w*_k ~ N(0, τ² + 1/l_k)           what all marks together and the errors leave of w* (τ² = 1/c for c copies)
+//! g_k  = 1 / (τ² + 1/l_k)           how much coordinate k counts; τ² is the likeliest for w*
+//! r    = w* - W_S β                 with β that minimises Σ g_k r_k², for a set S of other watermarks
+//! u_k  = g_k r_k                    what is left to explain, weighed; orthogonal to all of S
+//! v    = wᵢ without its part in the span of S
+//! ρ    = v · u / (|v| |u|)
+//! p    = Pr[T ≥ ρ √(ν / (1 - ρ²))],   ν = n - |S| - 1   (n coordinates with l > 0)
 //! ```
 //!
-//! S is chosen by forward selection among the watermarks *other than wᵢ*: the one of largest partial correlation, over
-//! and over, up to the last step that is better than chance. So S is a function of w* and the others alone. Under the
-//! null hypothesis, that wᵢ had no part in w*, wᵢ is Gaussian and independent of both; then r(wᵢ) has a uniform
-//! direction in its subspace, and p is exact, whatever the others did, however S was chosen. Choosing S with wᵢ among
-//! the candidates would break that. p is for one watermark: who looks at n of them multiplies by n.
+//! S is chosen by forward selection among the watermarks *other than wᵢ*: the one of largest ρ, over and over, up to the
+//! last step that is better than chance. So S, τ² and u are functions of w*, P and the others alone. Under the null
+//! hypothesis, that wᵢ had no part in w*, wᵢ is Gaussian and independent of all three; then v has a uniform direction in
+//! its subspace, and p is exact, whatever the others did, however S was chosen, however wrong P is. Choosing S with wᵢ
+//! among the candidates would break that. p is for one watermark: who looks at n of them multiplies by n.
 //!
-//! Cost: |S| + 7 passes over the n × k numbers, and as many again for each member of S.
+//! Cost: an eigendecomposition, a product of the watermarks with an m × m matrix, |S| + 7 passes over the n × m numbers,
+//! and as many passes again for each member of S.
 
-use crate::{Correlation, LogProbability, best_of, correlation_tail};
+use crate::{Correlation, EllipsoidError, LogProbability, best_of, correlation_tail};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// So many watermarks are taken away at most.
 const MOST: usize = 32;
@@ -32,85 +38,118 @@ const PATIENCE: usize = 6;
 /// What is left of a vector's squared length when nothing but rounding is.
 const ROUNDING: f64 = 1e-24;
 
+/// Eigenvalues below this share of the largest one are 0: directions that the suspect does not show.
+const KNOWN: f64 = 1e-12;
+
 /// Degrees of freedom that a test should keep.
 const FEWEST_DEGREES: usize = 4;
+
+/// Values of τ² that are tried: from the mean of 4096 copies to a whole mark under structured errors.
+const VARIANCES: std::ops::RangeInclusive<i32> = -24..=4;
 
 /// For each of `watermarks`, the probability that an unrelated one would fit as well what `extracted` shows beyond the
 /// others. Probabilities are of each alone.
 ///
-/// Coefficients that could not be extracted (`None`, or not finite) or exceed `limit` (in standard deviations of the
-/// inserted ones; the paper drops those beyond 2.5) are left out, for all watermarks alike. Where there is nothing to
-/// compare, p = 1.
+/// `extracted` is w* in standard deviations of the inserted coefficients, 0 where nothing is known, and `precision` the
+/// inverse of the covariance of its errors (m × m, positive semi-definite; 0 in directions that the suspect does not
+/// show). Where there is nothing to compare, p = 1.
+///
+/// # Errors
+/// [`EllipsoidError`] when the shapes do not fit or a number is not finite.
 ///
 /// ```
+/// use nalgebra::DMatrix;
 /// use sombrero_stats::accuse;
 ///
-/// // Ten watermarks; the mean of the first two turns up.
+/// // Ten watermarks; the mean of the first two turns up, known to ±0.01.
 /// let watermark = |i: u32| (0..40).map(|j| f64::from((i * 7919 + j * 104_729 + i * i * j) % 1009) / 291.0 - 1.73).collect();
 /// let watermarks: Vec<Vec<f64>> = (1..=10).map(watermark).collect();
-/// let mean: Vec<Option<f64>> = (0..40).map(|j| Some((watermarks[0][j] + watermarks[1][j]) / 2.0)).collect();
+/// let mean: Vec<f64> = (0..40).map(|j| (watermarks[0][j] + watermarks[1][j]) / 2.0).collect();
 ///
 /// let slices: Vec<&[f64]> = watermarks.iter().map(Vec::as_slice).collect();
-/// let p = accuse(&slices, &mean, 2.5);
-/// assert!(p[0].log10() < -100.0 && p[1].log10() < -100.0);
+/// let p = accuse(&slices, &mean, &(DMatrix::identity(40, 40) * 1e4))?;
+/// assert!(p[0].log10() < -50.0 && p[1].log10() < -50.0);
 /// assert!(p[2..].iter().all(|p| p.log10() > -4.0));
+/// # Ok::<(), sombrero_stats::EllipsoidError>(())
 /// ```
-///
-/// # Panics
-/// When a watermark is not as long as `extracted`.
-pub fn accuse(watermarks: &[&[f64]], extracted: &[Option<f64>], limit: f64) -> Vec<LogProbability> {
-    let kept: Vec<(usize, f64)> = extracted
-        .iter()
-        .enumerate()
-        .filter_map(|(i, e)| e.filter(|e| e.abs() <= limit).map(|e| (i, e)))
-        .collect();
-    let found: Vec<f64> = kept.iter().map(|(_, e)| *e).collect();
-    let pick = |w: &&[f64]| {
-        assert_eq!(w.len(), extracted.len(), "a watermark has as many coefficients as were extracted");
-        kept.iter().map(|(i, _)| w[*i]).collect()
+pub fn accuse(
+    watermarks: &[&[f64]],
+    extracted: &[f64],
+    precision: &DMatrix<f64>,
+) -> Result<Vec<LogProbability>, EllipsoidError> {
+    let m = extracted.len();
+    check(watermarks, extracted, precision)?;
+    if m == 0 {
+        return Ok(vec![LogProbability::ONE; watermarks.len()]);
+    }
+    let eigen = SymmetricEigen::try_new(precision.clone(), f64::EPSILON, 100 * m.max(10))
+        .ok_or(EllipsoidError::Decomposition)?;
+    let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+    let known: Vec<usize> = (0..m).filter(|&k| eigen.eigenvalues[k] > KNOWN * largest).collect();
+    let axes = eigen.eigenvectors.select_columns(&known);
+    let rotated = |v: &[f64]| axes.tr_mul(&DVector::from_column_slice(v));
+    let start = Residuals {
+        found: rotated(extracted),
+        errors: DVector::from_iterator(known.len(), known.iter().map(|&k| 1.0 / eigen.eigenvalues[k])),
+        watermarks: watermarks.iter().map(|w| Residual::new(rotated(w))).collect(),
+        away: Vec::new(),
+        directions: Vec::new(),
     };
-    let start = Residuals::new(found, watermarks.iter().map(pick).collect());
 
     let chosen = start.clone().select(None);
-    let mut after = start.clone();
-    chosen.iter().for_each(|&i| after.take_away(i));
-    let mut p: Vec<LogProbability> = (0..watermarks.len()).map(|i| after.p(i)).collect();
+    let mut p = start.after(&chosen).all();
     for &i in &chosen {
-        let mut others = start.clone();
-        let chosen = others.clone().select(Some(i));
-        chosen.iter().for_each(|&j| others.take_away(j));
-        p[i] = others.p(i);
+        let others = start.clone().select(Some(i));
+        let after = start.after(&others);
+        p[i] = after.p(i, &after.left());
     }
-    p
+    Ok(p)
 }
 
-/// w* and all watermarks without their parts in the span of 1 and of what was taken away.
+fn check(watermarks: &[&[f64]], extracted: &[f64], precision: &DMatrix<f64>) -> Result<(), EllipsoidError> {
+    let centre = extracted.len();
+    let (rows, columns) = precision.shape();
+    if (rows, columns) != (centre, centre) {
+        return Err(EllipsoidError::Shape { centre, rows, columns });
+    }
+    if let Some(w) = watermarks.iter().find(|w| w.len() != centre) {
+        return Err(EllipsoidError::Lengths { watermark: w.len(), centre });
+    }
+    if let Some(index) = extracted.iter().position(|x| !x.is_finite()) {
+        return Err(EllipsoidError::CentreNotFinite { index });
+    }
+    match precision.iter().position(|x| !x.is_finite()) {
+        Some(place) => Err(EllipsoidError::PrecisionNotFinite { row: place % rows, column: place / rows }),
+        None => Ok(()),
+    }
+}
+
+/// w* and all watermarks in P's coordinates, and what was taken away.
 #[derive(Clone)]
 struct Residuals {
-    found: Residual,
+    /// w*, whole.
+    found: DVector<f64>,
+    /// 1/l.
+    errors: DVector<f64>,
+    /// Without their parts in the span of S.
     watermarks: Vec<Residual>,
-    /// Which are taken away, in order.
+    /// S, in the order in which it was chosen, and an orthogonal basis of its span.
     away: Vec<usize>,
+    directions: Vec<DVector<f64>>,
 }
 
 impl Residuals {
-    fn new(found: Vec<f64>, watermarks: Vec<Vec<f64>>) -> Self {
-        let ones = vec![1.0; found.len()];
-        let watermarks = watermarks.into_iter().map(Residual::new).collect();
-        let mut residuals = Self { found: Residual::new(found), watermarks, away: Vec::new() };
-        residuals.remove(&ones);
-        residuals
-    }
-
     /// Forward selection among all but `left_out`, up to the last step that counts.
     fn select(mut self, left_out: Option<usize>) -> Vec<usize> {
         let (mut counted, mut idle) = (0, 0);
         while self.away.len() < MOST && self.degrees() > FEWEST_DEGREES && idle < PATIENCE {
+            let left = self.left();
             let candidates =
                 (0..self.watermarks.len()).filter(|i| Some(*i) != left_out && !self.away.contains(i));
-            let best = candidates.filter_map(|i| Some((i, self.rho(i)?))).max_by(|a, b| a.1.total_cmp(&b.1));
+            let best =
+                candidates.filter_map(|i| Some((i, self.rho(i, &left)?))).max_by(|a, b| a.1.total_cmp(&b.1));
             let Some((best, _)) = best else { break };
-            let counts = best_of(self.p(best), self.watermarks.len()).p() < CHANCE;
+            let counts = best_of(self.p(best, &left), self.watermarks.len()).p() < CHANCE;
             self.take_away(best);
             if counts {
                 (counted, idle) = (self.away.len(), 0);
@@ -122,68 +161,110 @@ impl Residuals {
         self.away
     }
 
-    fn take_away(&mut self, index: usize) {
-        let direction = self.watermarks[index].rest.clone();
-        self.remove(&direction);
-        self.away.push(index);
+    /// What is left when these are taken away.
+    fn after(&self, chosen: &[usize]) -> Self {
+        let mut after = self.clone();
+        chosen.iter().for_each(|&i| after.take_away(i));
+        after
     }
 
-    /// Makes everything orthogonal to `direction`.
-    fn remove(&mut self, direction: &[f64]) {
-        let square = dot(direction, direction);
-        if square == 0.0 {
+    fn take_away(&mut self, index: usize) {
+        let direction = self.watermarks[index].rest.clone();
+        self.away.push(index);
+        let square = direction.norm_squared();
+        if self.watermarks[index].square_or_zero() == 0.0 {
             return;
         }
-        for Residual { rest, .. } in std::iter::once(&mut self.found).chain(&mut self.watermarks) {
-            let share = dot(rest, direction) / square;
-            rest.iter_mut().zip(direction).for_each(|(x, d)| *x -= share * d);
+        for Residual { rest, .. } in &mut self.watermarks {
+            let share = rest.dot(&direction) / square;
+            rest.axpy(-share, &direction, 1.0);
         }
+        self.directions.push(direction / square.sqrt());
+    }
+
+    /// u; 0 where w* is explained but for rounding.
+    fn left(&self) -> DVector<f64> {
+        // τ² of what S leaves, which takes a first guess of what it leaves.
+        let guess = self.unexplained(&self.weights(&self.found));
+        let weights = self.weights(&guess);
+        let rest = self.unexplained(&weights);
+        if rest.norm_squared() > ROUNDING * self.found.norm_squared() {
+            rest.component_mul(&weights)
+        } else {
+            rest * 0.0
+        }
+    }
+
+    /// r, for these weights g.
+    fn unexplained(&self, weights: &DVector<f64>) -> DVector<f64> {
+        if self.directions.is_empty() {
+            return self.found.clone();
+        }
+        let span = DMatrix::from_columns(&self.directions);
+        let mut weighed = span.clone();
+        weighed.column_iter_mut().for_each(|mut column| column.component_mul_assign(weights));
+        let normal = weighed.tr_mul(&span);
+        // Positive definite: g > 0, and the basis is orthogonal.
+        let beta = normal.cholesky().map(|solver| solver.solve(&weighed.tr_mul(&self.found)));
+        beta.map_or_else(|| self.found.clone(), |beta| &self.found - span * beta)
+    }
+
+    /// g for the likeliest τ².
+    fn weights(&self, rest: &DVector<f64>) -> DVector<f64> {
+        let variances = VARIANCES.map(|half| libm::exp2(0.5 * f64::from(half)));
+        let cost = |variance: &f64| -> f64 {
+            let term = |(r, e): (&f64, &f64)| libm::log(variance + e) + r * r / (variance + e);
+            rest.iter().zip(self.errors.iter()).map(term).sum()
+        };
+        let best = variances.map(|v| (cost(&v), v)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let variance = best.map_or(1.0, |(_, variance)| variance);
+        self.errors.map(|e| 1.0 / (variance + e))
     }
 
     /// ν, or 0.
     fn degrees(&self) -> usize {
-        self.found.rest.len().saturating_sub(2 + self.away.len())
+        self.found.len().saturating_sub(1 + self.directions.len())
     }
 
-    /// The partial correlation; none where nothing is left to correlate.
-    fn rho(&self, index: usize) -> Option<f64> {
+    /// ρ; none where nothing is left to compare.
+    fn rho(&self, index: usize, left: &DVector<f64>) -> Option<f64> {
         let w = &self.watermarks[index];
-        let lengths = (w.square_or_zero() * self.found.square_or_zero()).sqrt();
-        let rho = dot(&w.rest, &self.found.rest) / lengths;
+        let rho = w.rest.dot(left) / (w.square_or_zero() * left.norm_squared()).sqrt();
         rho.is_finite().then(|| rho.clamp(-1.0, 1.0))
     }
 
-    fn p(&self, index: usize) -> LogProbability {
+    fn p(&self, index: usize, left: &DVector<f64>) -> LogProbability {
         let degrees = self.degrees();
-        let rho = self.rho(index).filter(|_| degrees > 0);
+        let rho = self.rho(index, left).filter(|_| degrees > 0);
         let correlation = rho.and_then(|rho| Correlation::from_rho(rho, degrees + 2).ok());
         correlation.map_or(LogProbability::ONE, |c| correlation_tail(&c))
+    }
+
+    fn all(&self) -> Vec<LogProbability> {
+        let left = self.left();
+        (0..self.watermarks.len()).map(|i| self.p(i, &left)).collect()
     }
 }
 
 /// A vector of which parts were taken away.
 #[derive(Clone)]
 struct Residual {
-    rest: Vec<f64>,
+    rest: DVector<f64>,
     /// Its squared length when it was whole.
     square: f64,
 }
 
 impl Residual {
-    fn new(whole: Vec<f64>) -> Self {
-        Self { square: dot(&whole, &whole), rest: whole }
+    fn new(whole: DVector<f64>) -> Self {
+        Self { square: whole.norm_squared(), rest: whole }
     }
 
     /// The squared length that is left. Two copies of one watermark leave rounding errors of each other, which are
     /// no evidence.
     fn square_or_zero(&self) -> f64 {
-        let square = dot(&self.rest, &self.rest);
+        let square = self.rest.norm_squared();
         if square > ROUNDING * self.square { square } else { 0.0 }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]
@@ -191,50 +272,74 @@ mod tests {
     use super::*;
     use crate::wilson_interval;
     use proptest::prelude::*;
-    use rand::SeedableRng;
+    use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    fn watermarks(count: usize, m: usize, seed: u64) -> Vec<Vec<f64>> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        (0..count).map(|_| StandardNormal.sample_iter(&mut rng).take(m).collect()).collect()
+    fn watermarks(count: usize, m: usize, rng: &mut impl Rng) -> Vec<Vec<f64>> {
+        (0..count).map(|_| StandardNormal.sample_iter(&mut *rng).take(m).collect()).collect()
     }
 
-    /// The mean of the first `leakers`, and some noise.
-    fn mixed(all: &[Vec<f64>], leakers: usize, noise: f64) -> Vec<Option<f64>> {
-        let noisy = &all[all.len() - 1];
+    /// The mean of the first `leakers` with errors of these sizes, and its precision.
+    fn mixed(
+        all: &[Vec<f64>],
+        leakers: usize,
+        errors: &[f64],
+        rng: &mut impl Rng,
+    ) -> (Vec<f64>, DMatrix<f64>) {
         let at = |j: usize| all[..leakers].iter().map(|w| w[j]).sum::<f64>() / leakers as f64;
-        (0..noisy.len()).map(|j| Some(at(j) + noise * noisy[j])).collect()
+        let mut noise = || -> f64 { StandardNormal.sample(&mut *rng) };
+        let found = errors.iter().enumerate().map(|(j, e)| at(j) + e * noise()).collect();
+        let precision = DVector::from_iterator(errors.len(), errors.iter().map(|e| 1.0 / (e * e)));
+        (found, DMatrix::from_diagonal(&precision))
     }
 
-    fn accused(all: &[Vec<f64>], extracted: &[Option<f64>]) -> Vec<f64> {
-        let candidates: Vec<&[f64]> = all[..all.len() - 1].iter().map(Vec::as_slice).collect();
-        accuse(&candidates, extracted, 2.5).iter().map(|p| p.log10()).collect()
+    fn accused(all: &[Vec<f64>], found: &[f64], precision: &DMatrix<f64>) -> Vec<f64> {
+        let slices: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();
+        accuse(&slices, found, precision).unwrap().iter().map(|p| p.log10()).collect()
     }
 
     /// Correlation alone gives each of ten p = 1e-5 or so, of which a thousand candidates leave nothing.
     #[test]
     fn ten_of_a_thousand_are_told_from_the_innocent() {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let all = watermarks(1000, 200, &mut rng);
         for leakers in [1, 2, 3, 5, 10] {
-            let all = watermarks(1001, 200, 7);
-            let p = accused(&all, &mixed(&all, leakers, 0.02));
+            let (found, precision) = mixed(&all, leakers, &[0.02; 200], &mut rng);
+            let p = accused(&all, &found, &precision);
             let (guilty, innocent) = p.split_at(leakers);
             assert!(guilty.iter().all(|p| *p < -50.0), "{leakers}: {guilty:?}");
             assert!(innocent.iter().all(|p| *p > -6.0), "{leakers}");
         }
     }
 
-    /// What p promises, in the worst case that is known: the candidate is compared beside leakers who are found, and
-    /// coefficients are few.
+    /// Half of the coefficients are buried: without weights they would bury the others.
+    #[test]
+    fn what_is_known_badly_counts_little() {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        let all = watermarks(1000, 200, &mut rng);
+        let errors: Vec<f64> = (0..200).map(|j| if j % 2 == 0 { 0.15 } else { 4.0 }).collect();
+        let (found, precision) = mixed(&all, 3, &errors, &mut rng);
+        let p = accused(&all, &found, &precision);
+        assert!(p[..3].iter().all(|p| *p < -9.0), "{:?}", &p[..3]);
+        assert!(p[3..].iter().all(|p| *p > -6.0));
+    }
+
+    /// What p promises, in a hard case: the candidate is compared beside leakers who are found, coefficients are few,
+    /// and the precision is wrong.
     #[test]
     fn the_innocent_score_p_as_often_as_p_says() {
         const TRIALS: usize = 4000;
         let p: Vec<f64> = (0..TRIALS)
             .map(|trial| {
-                let all = watermarks(8, 20, trial as u64);
-                let p = accused(&all, &mixed(&all, 3, 0.3));
+                let mut rng = ChaCha8Rng::seed_from_u64(trial as u64);
+                let all = watermarks(7, 20, &mut rng);
+                let errors: Vec<f64> = (0..20).map(|j| 0.05 + 0.05 * f64::from(j)).collect();
+                let (found, precision) = mixed(&all, 3, &errors, &mut rng);
+                let spoilt: Vec<f64> =
+                    found.iter().enumerate().map(|(j, x)| x + f64::from(j as u32 % 3)).collect();
                 // Any fixed innocent; here the last one.
-                10_f64.powf(p[6])
+                10_f64.powf(accused(&all, &spoilt, &precision)[6])
             })
             .collect();
         for nominal in [0.5, 0.1, 0.01] {
@@ -246,31 +351,44 @@ mod tests {
 
     #[test]
     fn copies_of_a_watermark_are_no_evidence_against_each_other() {
-        let mut all = watermarks(6, 50, 3);
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut all = watermarks(6, 50, &mut rng);
         all[1] = all[0].clone();
-        let p = accused(&all, &mixed(&all, 1, 0.0));
+        let p = accused(&all, &all[0].clone(), &DMatrix::identity(50, 50));
         assert_eq!(p[..2], [0.0, 0.0]);
     }
 
     #[test]
     fn nothing_to_compare_is_no_evidence() {
         let w = [0.3, -1.0, 0.8, 1.5];
-        for extracted in [vec![None; 4], vec![Some(9.0); 4], vec![Some(0.5); 4], vec![Some(f64::NAN); 4]] {
-            assert_eq!(accuse(&[&w, &w], &extracted, 2.5), [LogProbability::ONE; 2], "{extracted:?}");
-        }
-        assert_eq!(accuse(&[], &[Some(1.0)], 2.5), []);
-        assert_eq!(accuse(&[&[]], &[], 2.5), [LogProbability::ONE]);
+        let unknown = DMatrix::zeros(4, 4);
+        assert_eq!(accuse(&[&w, &w], &[0.5; 4], &unknown), Ok(vec![LogProbability::ONE; 2]));
+        assert_eq!(accuse(&[&w, &w], &[0.0; 4], &DMatrix::identity(4, 4)), Ok(vec![LogProbability::ONE; 2]));
+        assert_eq!(accuse(&[], &[1.0], &DMatrix::identity(1, 1)), Ok(vec![]));
+        assert_eq!(accuse(&[&[]], &[], &DMatrix::zeros(0, 0)), Ok(vec![LogProbability::ONE]));
+    }
+
+    #[test]
+    fn senseless_questions() {
+        let one = DMatrix::identity(1, 1);
+        assert_eq!(accuse(&[], &[], &one), Err(EllipsoidError::Shape { centre: 0, rows: 1, columns: 1 }));
+        let lengths = EllipsoidError::Lengths { watermark: 2, centre: 1 };
+        assert_eq!(accuse(&[&[0.0, 1.0]], &[1.0], &one), Err(lengths));
+        assert_eq!(accuse(&[], &[f64::NAN], &one), Err(EllipsoidError::CentreNotFinite { index: 0 }));
+        let place = EllipsoidError::PrecisionNotFinite { row: 0, column: 0 };
+        assert_eq!(accuse(&[], &[1.0], &(one * f64::INFINITY)), Err(place));
     }
 
     proptest! {
         #[test]
         fn the_order_of_candidates_does_not_matter(seed in any::<u64>(), leakers in 1..5_usize) {
-            let all = watermarks(12, 40, seed);
-            let extracted = mixed(&all, leakers, 0.1);
-            let p = accused(&all, &extracted);
-            let mut turned = all.clone();
-            turned[..11].rotate_left(4);
-            let mut q = accused(&turned, &extracted);
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let all = watermarks(11, 40, &mut rng);
+            let (found, precision) = mixed(&all, leakers, &[0.1; 40], &mut rng);
+            let p = accused(&all, &found, &precision);
+            let mut turned = all;
+            turned.rotate_left(4);
+            let mut q = accused(&turned, &found, &precision);
             q.rotate_right(4);
             for (p, q) in p.iter().zip(&q) {
                 prop_assert!((p - q).abs() <= 1e-6 * p.abs().max(1.0), "{p} {q}");
@@ -278,14 +396,17 @@ mod tests {
         }
 
         #[test]
-        fn any_bits_are_answered(
-            extracted in proptest::collection::vec(any::<Option<f64>>(), 0..12),
+        fn any_numbers_are_answered(
+            found in proptest::collection::vec(any::<f64>(), 0..12),
+            precision in proptest::num::f64::ANY,
             count in 0..5_usize,
         ) {
-            let all = watermarks(count, extracted.len(), 1);
+            let all = watermarks(count, found.len(), &mut ChaCha8Rng::seed_from_u64(1));
             let slices: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();
-            let p = accuse(&slices, &extracted, f64::INFINITY);
-            prop_assert!(p.iter().all(|p| p.log10().is_finite()));
+            let precision = DMatrix::identity(found.len(), found.len()) * precision;
+            if let Ok(p) = accuse(&slices, &found, &precision) {
+                prop_assert!(p.iter().all(|p| p.log10().is_finite()));
+            }
         }
     }
 }

@@ -223,8 +223,8 @@ impl Judge for ManyKeys<'_> {
                 Ok::<_, DetectError>(Score { p, correlation: correlation.rho(), beside_others: false })
             };
             let mut scores = self.watermarks.par_iter().map(alone).collect::<Result<Vec<_>, _>>()?;
-            let limit = options.outlier_threshold.unwrap_or(f64::INFINITY);
-            for (score, p) in scores.iter_mut().zip(accuse(&self.watermarks, &extracted, limit)) {
+            let beside = accuse(&self.watermarks, &estimate.coefficients, &estimate.precision)?;
+            for (score, p) in scores.iter_mut().zip(beside) {
                 if p < score.p {
                     *score = Score { p, beside_others: true, ..*score };
                 }
