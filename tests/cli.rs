@@ -1426,7 +1426,9 @@ fn wrong_usage_is_explained() {
 fn what_is_missing_is_named() {
     let workshop = workshop();
     for (line, words) in [
-        ("embed", &["INPUT", "--output", "--key"][..]),
+        ("embed", &["INPUT"][..]),
+        ("embed original.obj", &["--output", "--key", "--out-dir"]),
+        ("embed original.obj --recipients list.csv", &["--out-dir"]),
         ("embed original.obj -o out.obj", &["--key"]),
         ("detect marked.obj", &["--original", "--key"]),
         ("attack original.obj -o out.obj", &["SPEC"]),

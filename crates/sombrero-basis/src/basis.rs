@@ -119,8 +119,9 @@ impl Basis {
     ) -> Result<Self, BasisError> {
         let wanted = options.coefficients;
         // Up all levels, down again and up, and then the values, each of which counts for so many levels.
-        let column = progressive.split_count().div_ceil(COLUMNS.max(wanted));
-        let progress = Progress::new(3 * progressive.split_count() + column * wanted);
+        let levels = progressive.split_count();
+        let column = levels.div_ceil(COLUMNS.max(wanted));
+        let progress = Progress::new(3 * levels + column * wanted.min(levels));
         let all = counted_magnitudes(progressive, points, &progress);
         let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {

@@ -6,6 +6,7 @@ use crate::timestamp::{self, Stamp};
 use crate::{Answer, Context, files};
 use serde::Serialize;
 use sombrero::Prepared;
+use sombrero::watermark::Key;
 
 #[derive(Serialize)]
 struct Report {
@@ -23,7 +24,8 @@ struct Report {
 
 pub(super) fn check(args: &Verify, bytes: &[u8], context: &Context) -> Result<Answer, Failure> {
     let path = &args.file;
-    let key = files::parse_key(path, bytes)?;
+    let key = Key::from_json(bytes)
+        .map_err(|e| Failure::new("key", format!("{}: neither a report nor a key: {e}", path.display())))?;
     let Some(original) = &args.original else {
         let message =
             format!("{}: a key is checked against the file that was marked; give --original", path.display());
