@@ -9,7 +9,6 @@
 //! beside this code checks it.
 
 use crate::magnitude::{counted_magnitudes, magnitudes, most_significant};
-use crate::progress::Progress;
 use crate::radius::radii;
 use crate::support::{Marks, Outline, Support, counted_outlines};
 use crate::{Amplitudes, BasisFunction};
@@ -18,6 +17,7 @@ use nalgebra_sparse::CscMatrix;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use sombrero_mesh::{BoundingBox, VertexId};
+use sombrero_progress::Progress;
 use sombrero_progressive::ProgressiveMesh;
 use thiserror::Error;
 
@@ -121,7 +121,7 @@ impl Basis {
         // Up all levels, down again and up, and then the values, each of which counts for so many levels.
         let levels = progressive.split_count();
         let column = levels.div_ceil(COLUMNS.max(wanted));
-        let progress = Progress::new(3 * levels + column * wanted.min(levels));
+        let progress = Progress::new("basis", 3 * levels + column * wanted.min(levels));
         let all = counted_magnitudes(progressive, points, &progress);
         let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {

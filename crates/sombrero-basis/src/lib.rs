@@ -3,7 +3,6 @@
 mod amplitude;
 mod basis;
 mod function;
-mod progress;
 
 pub mod magnitude;
 pub mod radius;

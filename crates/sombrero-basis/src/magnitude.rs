@@ -7,9 +7,9 @@
 //! the height of the new vertex over the coarser surface. The m splits of largest |h| carry the mark, and
 //! d is the direction in which coefficient i moves the vertices of its support.
 
-use crate::progress::Progress;
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::{Mesh, VertexId};
+use sombrero_progress::Progress;
 use sombrero_progressive::ProgressiveMesh;
 
 /// Height and direction of one vertex split.

@@ -21,9 +21,9 @@
 //! boundary. This makes a basis function vanish on every vertex that is older than its centre, and that
 //! is what the theorem of completeness and independence rests on (see [`Basis`](crate::Basis)).
 
-use crate::progress::Progress;
 use nalgebra::Point3;
 use sombrero_mesh::{HalfedgeId, Mesh, VertexId};
+use sombrero_progress::Progress;
 use sombrero_progressive::ProgressiveMesh;
 
 /// The tracked boundary of one basis function, on the full mesh.

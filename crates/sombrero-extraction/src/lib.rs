@@ -3,7 +3,6 @@
 mod extractor;
 mod least_squares;
 mod nuisance;
-mod progress;
 mod robust;
 mod smoothing;
 mod surface;

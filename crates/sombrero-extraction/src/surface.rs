@@ -17,11 +17,11 @@
 
 use crate::extractor::{Estimate, EstimateError, Extractor, check};
 use crate::nuisance::{Deformation, Fields, Nuisance};
-use crate::progress;
 use crate::robust::{GAUSSIAN, TUKEY, biweight, median};
 use crate::system::{Observation, Solution, solve};
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::Soup;
+use sombrero_progress::Progress;
 use sombrero_spatial::{Closest, Surface, spread_samples};
 
 /// Points on the suspect for each vertex of the original, and the least and most of them.
@@ -126,8 +126,9 @@ struct Fit<'a> {
     /// Median distance between the suspect's points and the original.
     distance: f64,
     solves: usize,
-    /// Points that were solved for, each as often as it was, and how many there will be at most.
-    progress: (usize, usize),
+    /// Points that were solved for, each as often as it was.
+    reached: usize,
+    progress: Progress,
 }
 
 /// A point of the suspect and the original's point nearest to it.
@@ -150,15 +151,16 @@ impl<'a> Fit<'a> {
             variance: 0.0,
             distance: 0.0,
             solves: 0,
-            progress: (0, most),
+            reached: 0,
+            progress: Progress::new("extraction", most),
         }
     }
 
     /// Projects and solves until coefficients change by less than `still`; whether they did.
     fn iterate(&mut self, points: &Points, most: usize, still: f64) -> (Solution, bool) {
-        let end = self.progress.0 + most * points.places.len();
+        let end = self.reached + most * points.places.len();
         let result = self.iterate_at_most(points, most, still);
-        self.reached(end);
+        self.reach(end);
         result
     }
 
@@ -189,13 +191,13 @@ impl<'a> Fit<'a> {
         self.positions = extractor.positions(&self.fields, &solution);
         self.surface.refit(&self.positions);
         self.solves += 1;
-        self.reached(self.progress.0 + points.places.len());
+        self.reach(self.reached + points.places.len());
         solution
     }
 
-    fn reached(&mut self, done: usize) {
-        self.progress.0 = done;
-        progress::say(done, self.progress.1);
+    fn reach(&mut self, done: usize) {
+        self.reached = done;
+        self.progress.reach(done);
     }
 
     fn pair(&self, points: &Points, i: usize, closest: &Closest) -> Pair {

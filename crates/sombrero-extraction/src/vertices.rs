@@ -2,10 +2,10 @@
 
 use crate::extractor::{Estimate, EstimateError, Extractor};
 use crate::nuisance::{Fields, Nuisance};
-use crate::progress;
 use crate::robust::{MAXWELL, TUKEY, biweight, median};
 use crate::system::{Observation, Solution, solve};
 use nalgebra::{Point3, Vector3};
+use sombrero_progress::Progress;
 
 /// Solves, each with weights from the residuals of the one before.
 const ITERATIONS: usize = 4;
@@ -37,13 +37,13 @@ impl Extractor {
         let observations = self.along_axes(found, &present);
         let mut fit = Fit { weights: vec![1.0; observations.len()], variance: LEAST_SCALE * self.side };
         fit.variance = fit.variance.powi(2);
+        let progress = Progress::new("extraction", ITERATIONS);
         let mut solution = self.solved(&fields, &observations, &fit);
-        for number in 1..ITERATIONS {
-            progress::say(number * observations.len(), ITERATIONS * observations.len());
+        for _ in 1..ITERATIONS {
+            progress.advance(1);
             fit = self.reweighted(&fields, &observations, &solution);
             solution = self.solved(&fields, &observations, &fit);
         }
-        progress::say(ITERATIONS * observations.len(), ITERATIONS * observations.len());
         let fit = self.reweighted(&fields, &observations, &solution);
         let positions = self.positions(&fields, &solution);
         Ok(Estimate::new(&solution, &fit.weights, fit.variance, positions, present, (ITERATIONS, true)))

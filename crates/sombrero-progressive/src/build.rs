@@ -18,6 +18,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use sombrero_mesh::geometry::{area_vector, face_area};
 use sombrero_mesh::{BoundingBox, Collapse, HalfedgeId, Mesh, VertexId};
+use sombrero_progress::Progress;
 use std::cmp::Ordering;
 
 /// λ: weight of the edge length against the quadric error.
@@ -32,15 +33,11 @@ pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> (Vec<Coll
     let faithful = run.collapses.len();
     run.allow_turns = true;
     while run.sweep() {}
-    // The base has some vertices left: say that this is the end.
-    run.say(run.expected);
     (run.collapses, faithful)
 }
 
 /// Vertices that are worth a thread.
 const SHARE: usize = 1024;
-/// How often it is said how far the conversion is.
-const NEWS: usize = 100;
 
 struct Run<'a> {
     mesh: &'a mut Mesh,
@@ -52,10 +49,8 @@ struct Run<'a> {
     queue: Queue,
     allow_turns: bool,
     collapses: Vec<Collapse>,
-    /// No mesh has more collapses than this.
-    expected: usize,
-    /// With so many collapses it is said again how far the conversion is.
-    next_news: usize,
+    /// Of as many collapses as there are vertices; no mesh has more.
+    progress: Progress,
     around: Vec<HalfedgeId>,
     ranked: Vec<(f64, HalfedgeId)>,
 }
@@ -104,8 +99,7 @@ impl<'a> Run<'a> {
             queue: Queue::new(bound),
             allow_turns: false,
             collapses: Vec::with_capacity(bound),
-            expected: mesh.vertex_count(),
-            next_news: 0,
+            progress: Progress::new("conversion", mesh.vertex_count()),
             around: Vec::new(),
             ranked: Vec::new(),
             mesh,
@@ -160,10 +154,7 @@ impl<'a> Run<'a> {
         swallower.quadric += quadric;
         swallower.area += area;
         self.collapses.push(collapse);
-        if self.collapses.len() >= self.next_news {
-            self.next_news = self.collapses.len() + self.expected.div_ceil(NEWS);
-            self.say(self.collapses.len());
-        }
+        self.progress.advance(1);
 
         self.put(kept, Waiting::Bound(self.least_cost(kept)));
         let mut around = std::mem::take(&mut self.around);
@@ -173,12 +164,6 @@ impl<'a> Run<'a> {
             self.reconsider(h.twin());
         }
         self.around = around;
-    }
-
-    /// Tells who listens how far the conversion is.
-    fn say(&self, done: usize) {
-        let (done, of) = (done as u64, self.expected as u64);
-        tracing::trace!(target: "sombrero::progress", stage = "conversion", done, of);
     }
 
     /// The tail of `h` after the tip of `h` has swallowed another vertex.
@@ -310,52 +295,7 @@ fn vertices(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Vertex> {
 mod tests {
     use super::*;
     use sombrero_mesh::{repair, shapes};
-    use std::sync::Arc;
-    use tracing::dispatcher::{Dispatch, with_default};
-    use tracing::field::{Field, Visit};
-    use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
-
-    /// Notes `done` and `of`.
-    #[derive(Clone, Default)]
-    struct Listener(Arc<std::sync::Mutex<Vec<[u64; 2]>>>);
-
-    impl<S: tracing::Subscriber> Layer<S> for Listener {
-        fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
-            if event.metadata().target() == "sombrero::progress" {
-                let mut fields = Fields([0; 2]);
-                event.record(&mut fields);
-                self.0.lock().unwrap().push(fields.0);
-            }
-        }
-    }
-
-    struct Fields([u64; 2]);
-
-    impl Visit for Fields {
-        fn record_u64(&mut self, field: &Field, value: u64) {
-            self.0[usize::from(field.name() == "of")] = value;
-        }
-
-        fn record_debug(&mut self, _: &Field, _: &dyn std::fmt::Debug) {}
-    }
-
-    /// The result of `work`, and what was said meanwhile: it never falls, and ends at all of it.
-    fn heard<T: Send>(work: impl FnOnce() -> T + Send) -> (T, Vec<[u64; 2]>) {
-        let listener = Listener::default();
-        let dispatch = Dispatch::new(tracing_subscriber::registry().with(listener.clone()));
-        // With one listener only, `tracing` would ask no other thread than the first that comes by.
-        let _second = Dispatch::new(tracing_subscriber::registry());
-        let result = {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(2);
-            // Threads listen each on their own.
-            let threads = |thread: rayon::ThreadBuilder| with_default(&dispatch, || thread.run());
-            pool.build_scoped(threads, |pool| pool.install(work)).unwrap()
-        };
-        let heard = listener.0.lock().unwrap().clone();
-        assert!(heard.is_sorted_by(|a, b| a[0] <= b[0] && a[1] == b[1]), "{heard:?}");
-        assert!(heard.last().is_some_and(|[done, of]| done == of), "{heard:?}");
-        (result, heard)
-    }
+    use sombrero_progress::heard;
 
     #[test]
     fn a_conversion_says_how_far_it_is() {

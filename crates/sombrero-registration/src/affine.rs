@@ -21,7 +21,6 @@ use crate::lookup::Lookup;
 use crate::matching::Matching;
 use crate::motion::Motion;
 use crate::orientation::orientations;
-use crate::progress::Progress;
 use crate::reference::Reference;
 use crate::register::{HYPOTHESIS_REACH, MATCHING, RegisterOptions, Starts};
 use crate::rotations;
@@ -29,6 +28,7 @@ use crate::sample::{Sample, scattered};
 use crate::search::{Candidate, GOOD, REFINING, SYMMETRIES, Search};
 use crate::shape::{Shape, to_unit};
 use crate::verdict::is_trusted;
+use sombrero_progress::Progress;
 
 /// Samples that stand for a surface in isotropic position.
 const SAMPLES: usize = 4_000;
@@ -101,7 +101,7 @@ pub fn register_affine(
         Starts::Given(starts) => starts.len(),
         Starts::Moments => 2 * (ROTATING + ROTATIONS),
     };
-    let progress = Progress::new(starts + REFINING + SYMMETRIES);
+    let progress = Progress::new("registration", starts + REFINING + SYMMETRIES);
     let search = Search::new(&reference.shape, &suspect, options, progress);
     let candidates = match &options.starts {
         Starts::Auto => search.concluded(auto(&search, reference)),
@@ -132,7 +132,7 @@ pub fn refine_affine(
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
     let start = to_unit(&reference.shape, &suspect, start).ok_or(RegistrationError::Start { index: 0 })?;
     let icp = Icp::new(&reference.shape, &suspect, options);
-    let progress = Progress::new(ROUNDS);
+    let progress = Progress::new("registration", ROUNDS);
     let run = icp.all_rounds(start.map(), ROUGH_REACH, options.max_iterations, || progress.advance(1));
     let fit = Judge::fine(&reference.shape, &suspect, options).fit(&run.pose);
     finished(&reference.shape, &suspect, &[Candidate { run, fit }], 0)

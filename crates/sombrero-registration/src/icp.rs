@@ -23,11 +23,11 @@ use crate::error::{RegistrationError, Side};
 use crate::judge::Judge;
 use crate::motion::Motion;
 use crate::pairs::{self, Pair, Policy, Weights};
-use crate::progress::Progress;
 use crate::reference::Reference;
 use crate::register::{Pose, Registration};
 use crate::sample::{Sample, samples};
 use crate::shape::{Shape, to_unit};
+use sombrero_progress::Progress;
 
 /// Samples of a trial.
 const TRIAL_SAMPLES: usize = 500;
@@ -114,7 +114,7 @@ pub fn align(
     let suspect = Shape::new(Side::Suspect, points, triangles)?;
     let start = to_unit(&reference.shape, &suspect, start).ok_or(RegistrationError::Start { index: 0 })?;
     let icp = Icp::new(&reference.shape, &suspect, options);
-    let progress = Progress::new(ROUNDS);
+    let progress = Progress::new("registration", ROUNDS);
     let run = icp.all_rounds(start, ROUGH_REACH, options.max_iterations, || progress.advance(1));
     let judge = Judge::fine(&reference.shape, &suspect, options);
     let fit = judge.fit(&run.pose.map());

@@ -16,7 +16,6 @@ mod motion;
 mod orientation;
 mod pairs;
 mod procrustes;
-mod progress;
 mod ranking;
 mod reference;
 mod register;

@@ -17,12 +17,12 @@ use crate::icp::{IcpOptions, ROUGH_REACH};
 use crate::judge::Fit;
 use crate::matching::Matching;
 use crate::orientation::orientations;
-use crate::progress::Progress;
 use crate::reference::Reference;
 use crate::search::{Candidate, GOOD, REFINING, SYMMETRIES, Search};
 use crate::shape::{Shape, to_model, to_unit};
 use crate::start;
 use crate::verdict::is_trusted;
+use sombrero_progress::Progress;
 
 /// Poses by landmarks that are tried on the surfaces themselves.
 const HYPOTHESES: usize = 16;
@@ -169,7 +169,7 @@ pub fn register(
         Starts::Moments => MOMENTS,
         Starts::Given(starts) => starts.len(),
     };
-    let progress = Progress::new(starts + REFINING + SYMMETRIES);
+    let progress = Progress::new("registration", starts + REFINING + SYMMETRIES);
     let search = Search::new(&reference.shape, &suspect, options, progress);
     let candidates = match &options.starts {
         Starts::Auto => search.concluded(auto(&search, reference)),

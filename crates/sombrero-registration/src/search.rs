@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use crate::icp::{Icp, ROUNDS, Run};
 use crate::judge::{Fit, Judge, REACH};
 use crate::motion::Motion;
-use crate::progress::Progress;
 use crate::register::RegisterOptions;
 use crate::shape::Shape;
 use crate::verdict::{is_promising, is_trusted};
+use sombrero_progress::Progress;
 
 /// Iterations that each start gets before it is judged.
 const TRIAL_ITERATIONS: usize = 15;
@@ -45,6 +45,8 @@ pub(crate) struct Search<'a> {
     pub(crate) suspect: &'a Shape,
     options: &'a RegisterOptions,
     icp: Icp<'a>,
+    /// How much will have to be tried is not known beforehand: there is room for all that may be, and what was not
+    /// needed counts as done. A step is about the time of one trial.
     pub(crate) progress: Progress,
 }
 

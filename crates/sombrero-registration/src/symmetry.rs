@@ -7,12 +7,12 @@
 use nalgebra::Similarity3;
 
 use crate::lookup::Lookup;
-use crate::progress::Progress;
 use crate::register::RegisterOptions;
 use crate::rotations;
 use crate::sample::scattered;
 use crate::search::{Search, comparable};
 use crate::shape::Shape;
+use sombrero_progress::Progress;
 
 /// Samples by which rotations are tried.
 const SAMPLES: usize = 256;

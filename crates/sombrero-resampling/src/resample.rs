@@ -10,6 +10,7 @@
 use nalgebra::{Point3, Vector3};
 use rand::Rng;
 use sombrero_mesh::Soup;
+use sombrero_progress::Progress;
 
 use crate::energy::{Energy, EnergyTerms};
 use crate::frame::{Frame, usable_faces};
@@ -107,19 +108,18 @@ impl<'a> Fit<'a> {
 
     fn run(&mut self) -> Effort {
         let mut effort = Effort::default();
+        // Rounds may have fewer iterations than they are allowed.
+        let each = self.options.iterations;
+        let progress = Progress::new("resampling", self.options.rounds * each);
         while effort.rounds < self.options.rounds && !effort.converged {
             let round = self.project();
             let before = self.points.clone();
-            let (each, most) = (self.options.iterations, self.options.rounds * self.options.iterations);
-            // Rounds may have fewer iterations than they are allowed.
-            let say = |iteration| say(effort.rounds * each + iteration, most);
+            let say = |iteration| progress.reach(effort.rounds * each + iteration);
             effort.iterations += minimise(&round.energy, &mut self.points, each, say);
             let moved = before.iter().zip(&self.points).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
             effort.converged = moved <= self.options.tolerance;
             effort.rounds += 1;
         }
-        let most = self.options.rounds * self.options.iterations;
-        say(most, most);
         effort
     }
 
@@ -162,11 +162,6 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// Tells who listens how many of the iterations that are allowed are over.
-fn say(done: usize, of: usize) {
-    tracing::trace!(target: "sombrero::progress", stage = "resampling", done = done as u64, of = of as u64);
-}
-
 /// Surface area.
 fn area(soup: &Soup) -> f64 {
     let corner = |v: u32| &soup.points[v as usize];
@@ -180,52 +175,7 @@ mod tests {
     use super::*;
     use rand::SeedableRng;
     use sombrero_mesh::shapes;
-    use std::sync::Arc;
-    use tracing::dispatcher::{Dispatch, with_default};
-    use tracing::field::{Field, Visit};
-    use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
-
-    /// Notes `done` and `of`.
-    #[derive(Clone, Default)]
-    struct Listener(Arc<std::sync::Mutex<Vec<[u64; 2]>>>);
-
-    impl<S: tracing::Subscriber> Layer<S> for Listener {
-        fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
-            if event.metadata().target() == "sombrero::progress" {
-                let mut fields = Fields([0; 2]);
-                event.record(&mut fields);
-                self.0.lock().unwrap().push(fields.0);
-            }
-        }
-    }
-
-    struct Fields([u64; 2]);
-
-    impl Visit for Fields {
-        fn record_u64(&mut self, field: &Field, value: u64) {
-            self.0[usize::from(field.name() == "of")] = value;
-        }
-
-        fn record_debug(&mut self, _: &Field, _: &dyn std::fmt::Debug) {}
-    }
-
-    /// The result of `work`, and what was said meanwhile: it never falls, and ends at all of it.
-    fn heard<T: Send>(work: impl FnOnce() -> T + Send) -> (T, Vec<[u64; 2]>) {
-        let listener = Listener::default();
-        let dispatch = Dispatch::new(tracing_subscriber::registry().with(listener.clone()));
-        // With one listener only, `tracing` would ask no other thread than the first that comes by.
-        let _second = Dispatch::new(tracing_subscriber::registry());
-        let result = {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(2);
-            // Threads listen each on their own.
-            let threads = |thread: rayon::ThreadBuilder| with_default(&dispatch, || thread.run());
-            pool.build_scoped(threads, |pool| pool.install(work)).unwrap()
-        };
-        let heard = listener.0.lock().unwrap().clone();
-        assert!(heard.is_sorted_by(|a, b| a[0] <= b[0] && a[1] == b[1]), "{heard:?}");
-        assert!(heard.last().is_some_and(|[done, of]| done == of), "{heard:?}");
-        (result, heard)
-    }
+    use sombrero_progress::heard;
 
     #[test]
     fn a_fit_says_how_far_it_is() {
