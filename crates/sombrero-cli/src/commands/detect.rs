@@ -123,12 +123,12 @@ impl<'a> Looker<'a> {
         if detection.detected && self.from_file {
             detection.warnings.extend(self.vouch()?);
         }
+        let mut json = json(&detection, self.from_file, &evidence)?;
         if let Some(page) = page {
-            let html = self::page(prepared, &suspect.soup, &detection, self.from_file, &evidence)?;
+            let html = self::page(prepared, &suspect.soup, &detection, &evidence, &json)?;
             let output = Output { path: page, bytes: html.as_bytes(), access: Access::Usual };
             files::write_all(&[output], args.force)?;
         }
-        let mut json = json(&detection, self.from_file, &evidence)?;
         let mut text = text(path, &detection);
         if let Some(page) = page {
             let page = page.display().to_string();
@@ -171,18 +171,22 @@ impl<'a> Looker<'a> {
 }
 
 /// What `--json` prints.
-fn json(detection: &Detection, prepared: bool, evidence: &Evidence) -> Result<serde_json::Value, Failure> {
+pub(crate) fn json(
+    detection: &Detection,
+    prepared: bool,
+    evidence: &Evidence,
+) -> Result<serde_json::Value, Failure> {
     let report = Report { suspect: &evidence.files.suspect.path, detection, prepared, evidence };
     serde_json::to_value(&report).map_err(|e| Failure::new("internal", e.to_string()))
 }
 
-/// The report's page; hashes are those of the files as they were read.
+/// The report's page, with its JSON in it; hashes are those of the files as they were read.
 pub(crate) fn page(
     prepared: &Prepared,
     suspect: &Soup,
     detection: &Detection,
-    from_file: bool,
     evidence: &Evidence,
+    json: &serde_json::Value,
 ) -> Result<String, Failure> {
     let input = DetectionReport {
         detection,
@@ -195,7 +199,7 @@ pub(crate) fn page(
         key_file: evidence.files.key.label(),
         command: &evidence.command(),
         date: None,
-        evidence: Some(&json(detection, from_file, evidence)?.to_string()),
+        evidence: Some(&json.to_string()),
     };
     detection_report(&input).map_err(|e| Failure::new("internal", e.to_string()))
 }

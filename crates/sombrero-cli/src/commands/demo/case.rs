@@ -131,7 +131,8 @@ impl Case {
                     settings: Settings::default(),
                 };
                 let suspect = self.prepared.suspect(&tried.document).soup;
-                let page = detect::page(&self.prepared, &suspect, &tried.detection, false, &evidence)?;
+                let json = detect::json(&tried.detection, false, &evidence)?;
+                let page = detect::page(&self.prepared, &suspect, &tried.detection, &evidence, &json)?;
                 files.push(usual(format!("{}-report.html", self.name), page.into_bytes()));
             }
         }
