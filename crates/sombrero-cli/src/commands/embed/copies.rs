@@ -8,7 +8,6 @@ use crate::progress::Progress;
 use crate::{Answer, Context, Outcome, batch, files};
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use sombrero::io::Document;
 use sombrero::watermark::{Fingerprint, Identity, Key, Parameters, Secret};
 use std::path::{Path, PathBuf};
 
@@ -44,13 +43,14 @@ fn copy(
     let _progress = Progress::new(format!("marking {}", input.display()));
     let original = files::read_mesh(input, context.limits)?;
     let identity = Identity { owner: args.owner.clone(), recipient: args.recipient.clone() };
-    if !args.force && is_done(args, place, &identity, &Fingerprint::of(&original.content()))? {
+    let fingerprint = Fingerprint::of(&original.content());
+    if !args.force && is_done(args, place, &identity, &fingerprint)? {
         let [input, output, key] = [input, output, key].map(|path| path.display().to_string());
         let text = format!("kept {output}, which was marked before");
         return Answer::new(text, &json!({ "input": input, "output": output, "key": key, "kept": true }));
     }
     files::check_outputs(&[output, key], &[input], args.force)?;
-    let secret = own_secret(given, &original.content(), &identity)?;
+    let secret = own_secret(given, &fingerprint, &identity)?;
     let marked = super::mark(args, &original, input, output, secret)?;
     make_folders(folder)?;
     super::write(&marked, &original, place, &[input], args.force, context.limits)?;
@@ -126,12 +126,12 @@ fn was_asked_for(args: &Embed, key: &Key) -> bool {
 /// key of one copy tells nothing about those of others.
 pub(super) fn own_secret(
     given: Option<Secret>,
-    original: &[u8],
+    original: &Fingerprint,
     identity: &Identity,
 ) -> Result<Secret, Failure> {
     let Some(given) = given else { return files::new_secret() };
     let mut hash = Sha256::new();
-    let original = Sha256::digest(original);
+    let original = original.sha256();
     for part in [
         b"sombrero copy 1",
         &given.0[..],
@@ -143,12 +143,4 @@ pub(super) fn own_secret(
         hash.update(part);
     }
     Ok(Secret(hash.finalize().into()))
-}
-
-/// Reads the one original of many copies.
-pub(super) fn the_one_input<'a>(args: &'a Embed, context: &Context) -> Result<(&'a Path, Document), Failure> {
-    let [input] = args.inputs.as_slice() else {
-        return Err(Failure::new("usage", "--recipients makes copies of one file; give one input"));
-    };
-    Ok((input, files::read_mesh(input, context.limits)?))
 }

@@ -1,6 +1,6 @@
 //! A copy and a key for each line of a list of buyers. The basis is computed once.
 
-use super::copies::{is_done, make_folders, own_secret, the_one_input};
+use super::copies::{is_done, make_folders, own_secret};
 use super::{Place, rewrite};
 use crate::args::Embed;
 use crate::failure::Failure;
@@ -62,12 +62,14 @@ pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -
     let start = Instant::now();
     let progress = Progress::new(format!("marking {}", args.inputs[0].display()));
     let given = files::given_secret(args.secret_file.as_deref())?;
-    let (input, original) = the_one_input(args, context)?;
+    let [input] = args.inputs.as_slice() else {
+        return Err(Failure::new("usage", "--recipients makes copies of one file; give one input"));
+    };
+    let original = files::read_mesh(input, context.limits)?;
     let rows = read_rows(list)?;
     let keys = make_folders(folder)?;
     let jobs = jobs(args, input, folder, &keys, rows);
-    let content = original.content();
-    let fingerprint = Fingerprint::of(&content);
+    let fingerprint = Fingerprint::of(&original.content());
 
     let done = |job: &Job| {
         let place = Place { input, output: &job.output, key: &job.key };
@@ -84,8 +86,10 @@ pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -
 
     if fates.iter().any(Option::is_none) {
         let failed = |e: &dyn std::error::Error| Failure::about("mesh", input, e);
-        let secrets: Vec<Secret> =
-            jobs.iter().map(|job| own_secret(given, &content, &job.identity)).collect::<Result<_, _>>()?;
+        let secrets: Vec<Secret> = jobs
+            .iter()
+            .map(|job| own_secret(given, &fingerprint, &job.identity))
+            .collect::<Result<_, _>>()?;
         let mut marker = Marker::new(&original, super::parameters(args), args.coefficients.is_none())
             .map_err(|e| failed(&e))?;
         if let Some(most) = args.max_displacement {
