@@ -253,27 +253,7 @@ fn files_are_found_beside_a_report_that_was_moved() {
     assert!(workshop.line("verify case/found.html --key elsewhere.key").text().starts_with("HOLDS"));
 }
 
-const AUTHORITY: &str = "\
-[request]
-distinguished_name = name
-[name]
-[root]
-basicConstraints = critical, CA:TRUE
-keyUsage = critical, keyCertSign
-[authority]
-basicConstraints = critical, CA:FALSE
-extendedKeyUsage = critical, timeStamping
-[tsa]
-default_tsa = use
-[use]
-serial = serial
-signer_cert = tsa.pem
-signer_key = tsa.key
-signer_digest = sha256
-default_policy = 1.3.6.1.4.1.99999.2
-digests = sha256
-ess_cert_id_alg = sha256
-";
+const AUTHORITY: &str = include_str!("../crates/sombrero-timestamp/tests/authority.cnf");
 
 /// Runs `openssl` in the workshop and gives what it printed.
 fn openssl(workshop: &Workshop, arguments: &str) -> String {

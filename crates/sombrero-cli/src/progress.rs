@@ -5,6 +5,7 @@
 //! [`Progress`], looks at the notes ten times a second and draws; so nothing is drawn by the threads that work.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use sombrero::Stages;
 use std::fmt::Debug;
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -354,8 +355,8 @@ impl Visit for Fields {
     fn record_debug(&mut self, _: &Field, _: &dyn Debug) {}
 }
 
-const STAGE: &str = "sombrero::stage";
-const PROGRESS: &str = "sombrero::progress";
+const STAGE: &str = Stages::TARGET;
+const PROGRESS: &str = sombrero::progress::TARGET;
 
 impl<S: Subscriber> Layer<S> for Listener {
     fn register_callsite(&self, metadata: &'static Metadata<'static>) -> Interest {

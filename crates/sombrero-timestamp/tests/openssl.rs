@@ -9,27 +9,7 @@ use sombrero_timestamp::{Token, TokenError, TrustAnchors, request};
 use std::path::Path;
 use std::process::{Command, Output};
 
-const SETTINGS: &str = "\
-[request]
-distinguished_name = name
-[name]
-[root]
-basicConstraints = critical, CA:TRUE
-keyUsage = critical, keyCertSign
-[authority]
-basicConstraints = critical, CA:FALSE
-extendedKeyUsage = critical, timeStamping
-[tsa]
-default_tsa = use
-[use]
-serial = serial
-signer_cert = tsa.pem
-signer_key = tsa.key
-signer_digest = sha256
-default_policy = 1.3.6.1.4.1.99999.2
-digests = sha256
-ess_cert_id_alg = sha256
-";
+const SETTINGS: &str = include_str!("authority.cnf");
 
 /// A folder with a fresh root and authority.
 struct Authority(tempfile::TempDir);

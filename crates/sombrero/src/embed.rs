@@ -270,11 +270,6 @@ impl<'a> Marker<'a> {
         self.parameters
     }
 
-    /// Seconds that the preparation took, by stage.
-    pub fn seconds(&self) -> &Stages {
-        &self.seconds
-    }
-
     /// The key of the copy with this identity and secret.
     pub fn key(&self, identity: Identity, secret: Secret) -> Key {
         Key::with_digest(&self.fingerprint, identity, secret, self.parameters, &self.basis_digest)

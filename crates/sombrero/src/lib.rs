@@ -30,6 +30,7 @@ pub use sombrero_basis as basis;
 pub use sombrero_extraction as extraction;
 pub use sombrero_io as io;
 pub use sombrero_mesh as mesh;
+pub use sombrero_progress as progress;
 pub use sombrero_progressive as progressive;
 pub use sombrero_registration as registration;
 pub use sombrero_render as render;

@@ -8,14 +8,17 @@ use std::time::Instant;
 pub struct Stages(pub Vec<(&'static str, f64)>);
 
 impl Stages {
-    /// Runs `work` and adds its time to that of the stage `name`. Who listens to `sombrero::stage` is told when it begins
+    /// The target of the events that tell of stages.
+    pub const TARGET: &'static str = "sombrero::stage";
+
+    /// Runs `work` and adds its time to that of the stage `name`. Who listens to [`Stages::TARGET`] is told when it begins
     /// and, with its seconds, when it is over.
     pub(crate) fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
-        tracing::debug!(target: "sombrero::stage", stage = name);
+        tracing::debug!(target: Stages::TARGET, stage = name);
         let start = Instant::now();
         let result = work();
         let seconds = start.elapsed().as_secs_f64();
-        tracing::debug!(target: "sombrero::stage", stage = name, seconds);
+        tracing::debug!(target: Stages::TARGET, stage = name, seconds);
         self.add(Self(vec![(name, seconds)]));
         result
     }

@@ -94,14 +94,17 @@ impl<'a> Looker<'a> {
             Some(stored) => Prepared::with_stored(&original, key, stored),
             None => Prepared::new(&original, key),
         };
+        let prepared = prepared.map_err(|e| failure(args, &args.original, &e))?;
+        // The key was made for a file with this hash, and that was checked.
+        let original_sha256 = hex::encode(prepared.key().original_sha256);
         Ok(Self {
             args,
             limits,
-            prepared: prepared.map_err(|e| failure(args, &args.original, &e))?,
+            prepared,
             from_file,
             note,
             confirmed: OnceCell::new(),
-            original: FileHash::new(&args.original, &original.content()),
+            original: FileHash { path: args.original.display().to_string(), sha256: original_sha256 },
             key: FileHash::new(&args.key, &bytes),
             preparation: start.elapsed().as_secs_f64(),
         })

@@ -21,7 +21,7 @@ use sombrero_registration::{RegisterOptions, register, register_affine, similari
 use sombrero_stats::{LogProbability, best_of};
 
 /// What is solved for beside the coefficients, simplest first.
-pub(super) const NUISANCES: [(&str, Nuisance); 4] = [
+const NUISANCES: [(&str, Nuisance); 4] = [
     ("similarity", Nuisance { deformation: Deformation::Similarity, smoothing: false }),
     ("similarity, smoothing", Nuisance { deformation: Deformation::Similarity, smoothing: true }),
     ("affine, smoothing", Nuisance { deformation: Deformation::Affine, smoothing: true }),

@@ -163,9 +163,7 @@ impl Keyring {
             }
             alone.extend(group.keys.iter().copied().zip(judge.scores));
         }
-        // Stable, so that equal ones stay in the order of their keys.
-        alone.sort_by_key(|(index, _)| *index);
-        alone.sort_by(|(_, a), (_, b)| a.p.ln().total_cmp(&b.p.ln()));
+        alone.sort_by(|(i, a), (j, b)| a.p.ln().total_cmp(&b.p.ln()).then(i.cmp(j)));
         let name = |(index, score): (usize, Score)| {
             let log10_p = best_of(score.p, trace.variants_counted).log10();
             let named = log10_p <= options.threshold.log10();

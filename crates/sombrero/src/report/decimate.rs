@@ -6,6 +6,7 @@
 
 use nalgebra::Point3;
 use sombrero_attacks::simplify;
+use sombrero_mesh::geometry::area_vector;
 use sombrero_mesh::{BoundingBox, Soup};
 use sombrero_spatial::Surface;
 
@@ -76,7 +77,7 @@ fn thinned(mesh: Valued, most: usize) -> Valued {
 fn first_cell(soup: &Soup, most: usize) -> f64 {
     let area = |&[a, b, c]: &[u32; 3]| {
         let [a, b, c] = [a, b, c].map(|v| soup.points[v as usize]);
-        0.5 * (b - a).cross(&(c - a)).norm()
+        0.5 * area_vector(&a, &b, &c).norm()
     };
     let total: f64 = soup.triangles.iter().map(area).sum();
     (3.0 * total / most as f64).sqrt()
