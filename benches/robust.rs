@@ -9,7 +9,7 @@ use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, match_connectivity};
 use sombrero::stats::Ellipsoid;
 use sombrero::watermark::Secret;
-use sombrero::{DetectOptions, EmbedOptions, Prepared, StoredBasis, embed};
+use sombrero::{DetectOptions, Detector, EmbedOptions, PreparedBasis, embed};
 use sombrero_benches::subjects;
 use std::hint::black_box;
 
@@ -19,12 +19,12 @@ fn attacked(soup: &Soup, specs: &str) -> Soup {
 }
 
 /// A surface with its mark: what detection has, and the marked copy.
-fn marked(soup: &Soup) -> (Prepared, Soup) {
+fn marked(soup: &Soup) -> (Detector, Soup) {
     let file = encode(Format::PlyBinaryLittleEndian, soup).expect("a clean surface can be stored");
     let original = Document::parse(file, Some("ply")).expect("what was just written");
     let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default()).expect("a mark fits");
     let copy = Document::parse(marked.bytes, Some("ply")).expect("what was just written").soup();
-    (Prepared::new(&original, marked.key).expect("its own key"), copy)
+    (Detector::new(&original, marked.key).expect("its own key"), copy)
 }
 
 const NUISANCES: [(&str, Deformation); 3] = [
@@ -37,35 +37,35 @@ fn stages(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("robust stages");
     group.sample_size(10);
     for subject in subjects().into_iter().filter(|s| (5_000..50_000).contains(&s.soup.points.len())) {
-        let (prepared, copy) = marked(&subject.soup);
-        let original = prepared.model().soup();
+        let (detector, copy) = marked(&subject.soup);
+        let original = detector.model().soup();
         group.throughput(Throughput::Elements(original.points.len() as u64));
         let renumbered = attacked(&copy, "reorder");
         group.bench_function(BenchmarkId::new("matching", &subject.name), |b| {
             let n = original.points.len();
             b.iter(|| black_box(match_connectivity(&original.triangles, n, &renumbered.triangles, n)));
         });
-        let extractor = Extractor::new(prepared.basis(), prepared.key().parameters.epsilon, original)
+        let extractor = Extractor::new(detector.basis(), detector.key().parameters.epsilon, original)
             .expect("a basis of this surface");
         let found: Vec<_> = copy.points.iter().copied().map(Some).collect();
         let simplified = attacked(&copy, "simplify:ratio=0.5");
         for (name, deformation) in NUISANCES {
             let nuisance = Nuisance { deformation, smoothing: true };
             group.bench_function(BenchmarkId::new(format!("vertices, {name}"), &subject.name), |b| {
-                b.iter(|| black_box(extractor.from_vertices(&found, nuisance).ok()));
+                b.iter(|| black_box(extractor.estimate_from_vertices(&found, nuisance).ok()));
             });
             group.bench_function(BenchmarkId::new(format!("surface, {name}"), &subject.name), |b| {
-                b.iter(|| black_box(extractor.from_surface(&simplified, nuisance).ok()));
+                b.iter(|| black_box(extractor.estimate_from_surface(&simplified, nuisance).ok()));
             });
         }
         let nuisance = Nuisance { deformation: Deformation::Similarity, smoothing: false };
-        let estimate = extractor.from_surface(&simplified, nuisance).expect("its own copy");
+        let estimate = extractor.estimate_from_surface(&simplified, nuisance).expect("its own copy");
         group.bench_function(BenchmarkId::new("ellipsoid", &subject.name), |b| {
             b.iter(|| black_box(Ellipsoid::new(&estimate.coefficients, &estimate.precision).ok()));
         });
         let ellipsoid = Ellipsoid::new(&estimate.coefficients, &estimate.precision).expect("finite numbers");
         group.bench_function(BenchmarkId::new("ellipsoid test", &subject.name), |b| {
-            b.iter(|| black_box(ellipsoid.test(&prepared.key().watermark).ok()));
+            b.iter(|| black_box(ellipsoid.test(&detector.key().watermark).ok()));
         });
     }
     group.finish();
@@ -79,16 +79,16 @@ fn preparation(criterion: &mut Criterion) {
         let file =
             encode(Format::PlyBinaryLittleEndian, &subject.soup).expect("a clean surface can be stored");
         let original = Document::parse(file, Some("ply")).expect("what was just written");
-        let (prepared, _) = marked(&subject.soup);
-        let (key, stored) = (prepared.key(), prepared.to_file());
+        let (detector, _) = marked(&subject.soup);
+        let (key, stored) = (detector.key(), detector.to_prepared());
         group.throughput(Throughput::Elements(subject.soup.points.len() as u64));
         group.bench_function(BenchmarkId::new("computed", &subject.name), |b| {
-            b.iter(|| black_box(Prepared::new(&original, key.clone()).ok()));
+            b.iter(|| black_box(Detector::new(&original, key.clone()).ok()));
         });
         group.bench_function(BenchmarkId::new("from a file", &subject.name), |b| {
             b.iter(|| {
-                let stored = StoredBasis::parse(&stored, key).ok()?;
-                black_box(Prepared::with_stored(&original, key.clone(), stored).ok())
+                let stored = PreparedBasis::parse(&stored, key).ok()?;
+                black_box(Detector::with_prepared_basis(&original, key.clone(), stored).ok())
             });
         });
     }
@@ -100,7 +100,7 @@ fn detections(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("robust detection");
     group.sample_size(10);
     for subject in subjects().into_iter().filter(|s| (5_000..50_000).contains(&s.soup.points.len())) {
-        let (prepared, copy) = marked(&subject.soup);
+        let (detector, copy) = marked(&subject.soup);
         group.throughput(Throughput::Elements(copy.points.len() as u64));
         for (name, specs) in [
             ("renumbered and moved", "reorder transform"),
@@ -110,9 +110,9 @@ fn detections(criterion: &mut Criterion) {
             let file =
                 encode(Format::PlyBinaryLittleEndian, &attacked(&copy, specs)).expect("a clean surface");
             let suspect =
-                prepared.suspect(&Document::parse(file, Some("ply")).expect("what was just written"));
+                detector.suspect(&Document::parse(file, Some("ply")).expect("what was just written"));
             group.bench_function(BenchmarkId::new(name, &subject.name), |b| {
-                b.iter(|| black_box(prepared.detect(&suspect, &DetectOptions::default()).ok()));
+                b.iter(|| black_box(detector.detect(&suspect, &DetectOptions::default()).ok()));
             });
         }
     }

@@ -12,7 +12,7 @@ use sombrero::attacks::crop;
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::shapes;
 use sombrero::report::{DetectionReport, FileLabel, detection_report, evidence_of};
-use sombrero::{DetectOptions, Prepared};
+use sombrero::{DetectOptions, Detector};
 use sombrero_tests::{Workshop, document, marked};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -51,13 +51,13 @@ static PAGE: LazyLock<String> = LazyLock::new(|| {
     let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.4);
     soup.points.iter_mut().for_each(|p| *p = turn * *p * 1.5 + nalgebra::Vector3::new(3.0, 2.0, 1.0));
     let suspect = Document::parse(encode(Format::Off, &soup).unwrap(), None).unwrap();
-    let prepared = Prepared::new(&original, mark.key).unwrap();
-    let detection = prepared.detect(&prepared.suspect(&suspect), &DetectOptions::default()).unwrap();
+    let detector = Detector::new(&original, mark.key).unwrap();
+    let detection = detector.detect(&detector.suspect(&suspect), &DetectOptions::default()).unwrap();
     let file = FileLabel { name: HOSTILE, sha256: &"0123456789abcdef".repeat(4) };
     detection_report(&DetectionReport {
         detection: &detection,
-        key: prepared.key(),
-        original: prepared.model(),
+        key: detector.key(),
+        original: detector.model(),
         suspect: &suspect.soup(),
         found: Some(&detection.found),
         original_file: file,

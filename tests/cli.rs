@@ -9,7 +9,7 @@ use sombrero::basis::BasisFunction;
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::watermark::Key;
-use sombrero::{EmbedOptions, Prepared, embed};
+use sombrero::{Detector, EmbedOptions, embed};
 use sombrero_tests::{
     Workshop, ascii_stl, binary_stl, flat_sheet, mapped, marked, obj, off, ply, ring, samples,
 };
@@ -607,7 +607,7 @@ fn prepared_files_vouch_for_nothing() {
     };
     let mut forged = derby.clone();
     forged.parameters.basis.function = BasisFunction::Sombrero;
-    let file = Prepared::new(&original, derby).unwrap().to_file();
+    let file = Detector::new(&original, derby).unwrap().to_prepared();
     workshop.write("forged.key", forged.to_json());
     workshop.write("forged.key.prepared", forged_for(&forged, &file));
     let asked = "detect marked.obj --original original.obj --key forged.key";

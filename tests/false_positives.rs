@@ -5,7 +5,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use sombrero::Prepared;
+use sombrero::Detector;
 use sombrero::attacks::apply_all;
 use sombrero::extraction::{Deformation, Extractor, Nuisance};
 use sombrero::io::{Document, Format};
@@ -21,7 +21,7 @@ fn extracted(specs: &[&str]) -> (Document, Vec<Option<f64>>) {
     let original = document(Format::PlyBinaryLittleEndian, &shapes::bumpy_sphere(700));
     let somebody_else = marked_by(&original, 0xee, Preset::Paper);
     let copy = Document::parse(somebody_else.bytes, None).unwrap();
-    let key = Prepared::new(&original, somebody_else.key).unwrap();
+    let key = Detector::new(&original, somebody_else.key).unwrap();
     let attacks: Vec<_> = specs.iter().map(|s| s.parse().unwrap()).collect();
     let suspect = apply_all(&attacks, &copy.soup(), &mut ChaCha8Rng::seed_from_u64(1999)).unwrap();
     let (extracted, test) = test_known(&key, &suspect.correspondence(copy.points().len()));
@@ -56,13 +56,13 @@ fn of_strange_keys_at_most_a_share_p_is_in_the_ellipsoid() {
     let original = document(Format::PlyBinaryLittleEndian, &shapes::bumpy_sphere(900));
     let somebody_else = marked_by(&original, 0xee, Preset::Paper);
     let copy = Document::parse(somebody_else.bytes, None).unwrap();
-    let key = Prepared::new(&original, somebody_else.key).unwrap();
+    let key = Detector::new(&original, somebody_else.key).unwrap();
     let extractor = Extractor::new(key.basis(), key.key().parameters.epsilon, key.model().soup()).unwrap();
     let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
     let attacks = ["simplify:ratio=0.5", "crop:fraction=0.333"].map(|s| s.parse().unwrap());
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let suspect = apply_all(&attacks, &copy.soup(), &mut rng).unwrap().soup;
-    let estimate = extractor.from_surface(&suspect, nuisance).unwrap();
+    let estimate = extractor.estimate_from_surface(&suspect, nuisance).unwrap();
     let ellipsoid = Ellipsoid::new(&estimate.coefficients, &estimate.precision).unwrap();
     assert!(ellipsoid.test(&key.key().watermark).unwrap().bound.log10() < -6.0, "a trivial suspect");
     for floor in [0.0, 0.3] {

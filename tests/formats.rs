@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use sombrero::io::{Document, Format, Rewrite, encode};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::watermark::Secret;
-use sombrero::{DetectOptions, EmbedOptions, Prepared, detect, embed, info};
+use sombrero::{DetectOptions, Detector, EmbedOptions, detect, embed, info};
 use sombrero_tests::{as_it_is, document, groups, joined, mapped, marked, ring, samples, wavy};
 
 const FORMATS: [Format; 10] = [
@@ -29,10 +29,10 @@ fn a_mark_made_in_one_format_is_found_in_every_other() {
         let original = document(from, &soup);
         let mark = marked(&original, 21);
         let copy = Document::parse(mark.bytes, Some(from.extension())).unwrap().soup();
-        let prepared = Prepared::new(&original, mark.key).unwrap();
+        let detector = Detector::new(&original, mark.key).unwrap();
         for to in FORMATS {
             let suspect = Document::parse(encode(to, &copy).unwrap(), Some(to.extension())).unwrap();
-            let found = prepared.detect(&prepared.suspect(&suspect), &DetectOptions::default()).unwrap();
+            let found = detector.detect(&detector.suspect(&suspect), &DetectOptions::default()).unwrap();
             assert!(found.detected && found.log10_p < -100.0, "{from} to {to}: {}", found.log10_p);
         }
     }
@@ -74,14 +74,14 @@ fn parts_of_a_model_share_the_coefficients_and_tiny_ones_stay() {
     assert!(moved(first..first + second) > second / 2, "{}", moved(first..first + second));
     assert_eq!(moved(first + second..first + second + third), 0);
     // Each of the two answers alone, as when the parts are sold one by one.
-    let prepared = Prepared::new(&original, mark.key).unwrap();
+    let detector = Detector::new(&original, mark.key).unwrap();
     for range in [0..first as u32, first as u32..(first + second) as u32] {
         let inside = |t: &&[u32; 3]| t.iter().all(|v| range.contains(v));
         let triangles: Vec<_> =
             soup.triangles.iter().filter(inside).map(|t| t.map(|v| v - range.start)).collect();
         let points = copy.points()[range.start as usize..range.end as usize].to_vec();
         let suspect = document(Format::Obj, &Soup::new(points, triangles));
-        let found = prepared.detect(&prepared.suspect(&suspect), &DetectOptions::default()).unwrap();
+        let found = detector.detect(&detector.suspect(&suspect), &DetectOptions::default()).unwrap();
         assert!(found.detected && found.log10_p < -20.0, "{range:?}: {}", found.log10_p);
     }
 }

@@ -19,7 +19,7 @@ use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::stats::{WatermarkTest, WatermarkTestOptions, watermark_test};
 use sombrero::watermark::{Preset, Secret};
-use sombrero::{DetectOptions, EmbedOptions, Marked, Prepared, Step, embed};
+use sombrero::{DetectOptions, Detector, EmbedOptions, Marked, When, embed};
 
 /// A plain file of this format that holds `soup`, read.
 pub fn document(format: Format, soup: &Soup) -> Document {
@@ -39,12 +39,12 @@ pub fn marked_by(original: &Document, secret: u8, preset: Preset) -> Marked {
 
 /// Detection that takes a suspect as it is: vertex i of the suspect is vertex i of the original, where it stands.
 pub fn as_it_is() -> DetectOptions {
-    DetectOptions { registration: Step::Never, resampling: Step::Never, ..DetectOptions::default() }
+    DetectOptions { registration: When::Never, resampling: When::Never, ..DetectOptions::default() }
 }
 
 /// The extracted coefficients and the paper's test of a suspect whose correspondence is known: `found[j]` is where
 /// point j of the original is on the suspect, or `None` when it is missing.
-pub fn test_known(key: &Prepared, found: &[Option<Point3<f64>>]) -> (Vec<Option<f64>>, WatermarkTest) {
+pub fn test_known(key: &Detector, found: &[Option<Point3<f64>>]) -> (Vec<Option<f64>>, WatermarkTest) {
     let epsilon = key.key().parameters.epsilon;
     let extraction = extract(key.basis(), epsilon, &key.model().soup().points, found).unwrap();
     let test =

@@ -15,7 +15,7 @@ use sombrero::io::Document;
 use sombrero::mesh::Soup;
 use sombrero::stats::median;
 use sombrero::watermark::{Parameters, Preset, Secret};
-use sombrero::{EmbedOptions, Prepared, embed};
+use sombrero::{Detector, EmbedOptions, embed};
 use sombrero_tests::test_known;
 use std::path::{Path, PathBuf};
 
@@ -140,7 +140,7 @@ fn run(original: &Document, column: &Column, seed: u8) -> Run {
     let options = EmbedOptions { parameters, ..EmbedOptions::default() };
     let mark = embed(original, Secret([seed; 32]), &options).unwrap();
     let copy = Document::parse(mark.bytes, None).unwrap().soup();
-    let key = Prepared::new(original, mark.key).unwrap();
+    let key = Detector::new(original, mark.key).unwrap();
     assert_eq!(key.model().soup().points.len(), copy.points.len(), "a point for each stored vertex");
     let distortion = mark.report.distortion;
     Run {
@@ -149,7 +149,7 @@ fn run(original: &Document, column: &Column, seed: u8) -> Run {
     }
 }
 
-fn log10_p(key: &Prepared, copy: &Soup, spec: &str, seed: u8) -> f64 {
+fn log10_p(key: &Detector, copy: &Soup, spec: &str, seed: u8) -> f64 {
     let attack: Attack = spec.parse().unwrap();
     let attacked = apply(&attack, copy, &mut ChaCha8Rng::seed_from_u64(seed.into())).unwrap();
     test_known(key, &attacked.correspondence(copy.points.len())).1.log10_p()

@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero::io::{Document, Format};
 use sombrero::mesh::shapes;
-use sombrero::{DetectOptions, Detection, Method, Prepared, Stages, StoredBasis, attack};
+use sombrero::{DetectOptions, Detection, Detector, Method, PreparedBasis, Stages, attack};
 use sombrero_tests::{document, groups, marked};
 
 /// All but the time it took. Numbers are equal to the bit where their shortest decimal forms are.
@@ -20,9 +20,9 @@ fn verdicts_are_the_same_to_the_bit() {
     let original = document(Format::PlyBinaryLittleEndian, &shapes::bust(20));
     let mark = marked(&original, 1);
     let copy = Document::parse(mark.bytes, None).unwrap();
-    let new = Prepared::new(&original, mark.key.clone()).unwrap();
-    let stored = StoredBasis::parse(&new.to_file(), &mark.key).unwrap();
-    let stored = Prepared::with_stored(&original, mark.key, stored).unwrap();
+    let new = Detector::new(&original, mark.key.clone()).unwrap();
+    let stored = PreparedBasis::parse(&new.to_prepared(), &mark.key).unwrap();
+    let stored = Detector::with_prepared_basis(&original, mark.key, stored).unwrap();
     let look = |source: &Document, specs: &str, method: Method| {
         let attacks: Vec<_> = specs.split(' ').map(|s| s.parse().unwrap()).collect();
         let bytes = attack(source, &attacks, &mut ChaCha8Rng::seed_from_u64(5)).unwrap().bytes;
@@ -52,11 +52,11 @@ fn every_kind_of_mesh_can_be_prepared() {
     for (name, soup) in groups() {
         let original = document(Format::Obj, &soup);
         let key = marked(&original, 6).key;
-        let new = Prepared::new(&original, key.clone()).unwrap();
-        let stored = StoredBasis::parse(&new.to_file(), &key).unwrap();
-        let stored = Prepared::with_stored(&original, key, stored).unwrap();
+        let new = Detector::new(&original, key.clone()).unwrap();
+        let stored = PreparedBasis::parse(&new.to_prepared(), &key).unwrap();
+        let stored = Detector::with_prepared_basis(&original, key, stored).unwrap();
         assert_eq!(stored.basis(), new.basis(), "{name}");
-        assert!(stored.to_file() == new.to_file(), "{name}");
+        assert!(stored.to_prepared() == new.to_prepared(), "{name}");
         stored.confirm().unwrap();
     }
 }

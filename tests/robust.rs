@@ -8,20 +8,20 @@ use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Attack, apply_all};
 use sombrero::io::{Document, Format};
 use sombrero::mesh::{Soup, shapes};
-use sombrero::{DetectOptions, Detection, Method, Prepared};
+use sombrero::{DetectOptions, Detection, Detector, Method};
 use sombrero_tests::{document, joined, mapped, marked};
 
 /// A marked bust and two keys: its own and another's.
 struct Story {
-    own: Prepared,
-    other: Prepared,
+    own: Detector,
+    other: Detector,
     copy: Soup,
 }
 
 fn story(soup: &Soup) -> Story {
     let original = document(Format::PlyBinaryLittleEndian, soup);
     let (one, two) = (marked(&original, 1), marked(&original, 2));
-    let own = Prepared::new(&original, one.key).unwrap();
+    let own = Detector::new(&original, one.key).unwrap();
     let other = own.for_key(&original, two.key).unwrap();
     Story { own, other, copy: Document::parse(one.bytes, None).unwrap().soup() }
 }

@@ -9,7 +9,7 @@ use sombrero::attacks::{Attack, apply_all};
 use sombrero::io::{Document, Format};
 use sombrero::mesh::{Soup, Weld, shapes};
 use sombrero::watermark::{Identity, Key, Secret};
-use sombrero::{Detection, EmbedOptions, Model, Prepared, attack, detect, embed, info};
+use sombrero::{Detection, Detector, EmbedOptions, Model, attack, detect, embed, info};
 use sombrero_tests::{Sample, as_it_is, document, groups, marked, ring, samples, test_known};
 
 fn parse(sample: &Sample, bytes: &[u8]) -> Document {
@@ -45,7 +45,7 @@ fn a_mark_is_found_in_the_marked_copy_alone_on_every_kind_of_mesh() {
             let clean = look(&original, &one.key, innocent);
             assert!(!clean.detected && clean.log10_p > INNOCENT, "{name}: {}", clean.log10_p);
         }
-        let lost = Prepared::new(&document(Format::Obj, &shapes::bumpy_sphere(500)), one.key.clone());
+        let lost = Detector::new(&document(Format::Obj, &shapes::bumpy_sphere(500)), one.key.clone());
         assert!(lost.is_err(), "{name}: the key fits another original");
     }
 }
@@ -76,7 +76,7 @@ fn a_third_cut_off_leaves_a_mark_whose_correspondence_is_known() {
         let original = document(Format::Off, &soup);
         let mark = marked(&original, 4);
         let copy = Model::new(&Document::parse(mark.bytes, None).unwrap().soup());
-        let key = Prepared::new(&original, mark.key).unwrap();
+        let key = Detector::new(&original, mark.key).unwrap();
         let attacks = ["reorder", "crop:fraction=0.333"].map(|s| s.parse().unwrap());
         let left = apply_all(&attacks, copy.soup(), &mut ChaCha8Rng::seed_from_u64(5)).unwrap();
         let found = left.correspondence(copy.soup().points.len());

@@ -8,20 +8,20 @@ use sombrero::attacks::{Attack, apply_all};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::watermark::Secret;
-use sombrero::{DetectError, DetectOptions, Detection, EmbedOptions, Prepared, embed};
+use sombrero::{DetectError, DetectOptions, Detection, Detector, EmbedOptions, embed};
 
 fn document(soup: &Soup) -> Document {
     Document::parse(encode(Format::Obj, soup).unwrap(), None).unwrap()
 }
 
-fn prepared() -> Prepared {
+fn detector() -> Detector {
     let original = document(&shapes::bust(12));
     let marked = embed(&original, Secret([3; 32]), &EmbedOptions::default()).unwrap();
-    Prepared::new(&original, marked.key).unwrap()
+    Detector::new(&original, marked.key).unwrap()
 }
 
-fn look(prepared: &Prepared, suspect: &Soup) -> Result<Detection, DetectError> {
-    prepared.detect(&prepared.suspect(&document(suspect)), &DetectOptions::default())
+fn look(detector: &Detector, suspect: &Soup) -> Result<Detection, DetectError> {
+    detector.detect(&detector.suspect(&document(suspect)), &DetectOptions::default())
 }
 
 /// Numbers only, and a p that says nothing was found.
@@ -42,9 +42,9 @@ fn triangles_at(points: &[[f64; 3]]) -> Soup {
 
 #[test]
 fn other_shapes_are_not_found() {
-    let prepared = prepared();
+    let detector = detector();
     for other in [shapes::torus(30, 20, 1.0, 0.4), shapes::part(1)] {
-        assert_nothing_found(&look(&prepared, &other).unwrap());
+        assert_nothing_found(&look(&detector, &other).unwrap());
     }
 }
 
@@ -56,26 +56,26 @@ fn a_small_piece_that_was_not_moved_is_found_where_it_lies() {
     let copy = Document::parse(marked.bytes, None).unwrap().soup();
     let attacks: Vec<Attack> = ["crop:fraction=0.8", "simplify:ratio=0.5"].map(|s| s.parse().unwrap()).into();
     let piece = apply_all(&attacks, &copy, &mut ChaCha8Rng::seed_from_u64(1)).unwrap().soup;
-    let prepared = Prepared::new(&original, marked.key).unwrap();
-    let detection = look(&prepared, &piece).unwrap();
+    let detector = Detector::new(&original, marked.key).unwrap();
+    let detection = look(&detector, &piece).unwrap();
     assert!(detection.detected && detection.log10_p < -60.0, "{}", detection.log10_p);
 }
 
 #[test]
 fn hardly_a_surface_is_not_found() {
-    let prepared = prepared();
+    let detector = detector();
     let one = triangles_at(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let mut flat = shapes::open_sheet(15, 15);
     flat.points.iter_mut().for_each(|p| p.z = 0.0);
     for suspect in [one, flat] {
-        assert_nothing_found(&look(&prepared, &suspect).unwrap());
+        assert_nothing_found(&look(&detector, &suspect).unwrap());
     }
 }
 
 #[test]
 fn no_extent_at_all_is_a_clear_error() {
-    let prepared = prepared();
+    let detector = detector();
     let dot = triangles_at(&[[1.0, 2.0, 3.0]; 6]);
-    let message = look(&prepared, &dot).unwrap_err().to_string();
+    let message = look(&detector, &dot).unwrap_err().to_string();
     assert!(message.contains("no face with an area") && !message.contains("NaN"), "{message}");
 }

@@ -9,14 +9,14 @@ use sombrero::attacks::{Attack, apply_all};
 use sombrero::io::{Document, Format, Rewrite};
 use sombrero::mesh::{Soup, shapes};
 use sombrero::watermark::{Identity, Key, Mismatch, Preset, Secret};
-use sombrero::{DetectOptions, Keyring, Marker, Prepared, Trace};
+use sombrero::{DetectOptions, Detector, Embedder, Trace, Tracer};
 use sombrero_tests::document;
 
 const BUYERS: usize = 1000;
 
 struct Shop {
     original: Document,
-    keyring: Keyring,
+    tracer: Tracer,
     keys: Vec<Key>,
 }
 
@@ -30,17 +30,17 @@ impl Shop {
     fn new() -> Self {
         let original = document(Format::PlyBinaryLittleEndian, &shapes::bust(20));
         let keys: Vec<Key> = {
-            let marker = Marker::new(&original, Preset::default().parameters(), false).unwrap();
+            let marker = Embedder::new(&original, Preset::default().parameters(), false).unwrap();
             (0..BUYERS).map(buyer).map(|(identity, secret)| marker.key(identity, secret)).collect()
         };
-        let (keyring, rejected) = Keyring::new(&original, keys.clone()).unwrap();
-        assert!(rejected.is_empty() && keyring.len() == BUYERS);
-        Self { original, keyring, keys }
+        let (tracer, rejected) = Tracer::new(&original, keys.clone()).unwrap();
+        assert!(rejected.is_empty() && tracer.len() == BUYERS);
+        Self { original, tracer, keys }
     }
 
     /// The mean of these buyers' copies, as files store them.
     fn averaged(&self, leakers: &[usize]) -> Soup {
-        let marker = Marker::new(&self.original, Preset::default().parameters(), false).unwrap();
+        let marker = Embedder::new(&self.original, Preset::default().parameters(), false).unwrap();
         let copy = |&i: &usize| {
             let (identity, secret) = buyer(i);
             marker.mark(identity, secret, &Rewrite::default()).unwrap().points
@@ -56,7 +56,7 @@ impl Shop {
 
     fn trace(&self, suspect: &Soup) -> Trace {
         let suspect = document(Format::PlyBinaryLittleEndian, suspect);
-        self.keyring.trace(&suspect, &DetectOptions::default()).unwrap()
+        self.tracer.trace(&suspect, &DetectOptions::default()).unwrap()
     }
 }
 
@@ -94,9 +94,9 @@ fn two_leakers_are_named_after_noise_simplification_and_a_crop() {
 fn a_trace_pays_for_every_key_and_an_unmarked_mesh_names_nobody() {
     let shop = Shop::new();
     let copy = document(Format::PlyBinaryLittleEndian, &shop.averaged(&[41]));
-    let alone = Prepared::new(&shop.original, shop.keys[41].clone()).unwrap();
+    let alone = Detector::new(&shop.original, shop.keys[41].clone()).unwrap();
     let detection = alone.detect(&alone.suspect(&copy), &DetectOptions::default()).unwrap();
-    let trace = shop.keyring.trace(&copy, &DetectOptions::default()).unwrap();
+    let trace = shop.tracer.trace(&copy, &DetectOptions::default()).unwrap();
     assert_eq!(trace.recipients[0].index, 41);
     let paid = (trace.variants_counted as f64 / detection.variants_counted as f64).log10();
     let best = detection.variants.iter().map(|v| v.log10_p).fold(0.0, f64::min);
@@ -113,7 +113,7 @@ fn keys_that_do_not_belong_are_given_back_with_the_reason() {
     let other = document(Format::Obj, &shapes::bumpy_sphere(2000));
     let key = |file: &Document, preset: Preset, i: usize| {
         let (identity, secret) = buyer(i);
-        Marker::new(file, preset.parameters(), true).unwrap().key(identity, secret)
+        Embedder::new(file, preset.parameters(), true).unwrap().key(identity, secret)
     };
     let mut edited = key(&original, Preset::Robust, 1);
     edited.identity.recipient = "somebody else".into();
@@ -126,8 +126,8 @@ fn keys_that_do_not_belong_are_given_back_with_the_reason() {
         stronger,
         key(&original, Preset::Paper, 5),
     ];
-    let (keyring, rejected) = Keyring::new(&original, keys).unwrap();
-    assert_eq!(keyring.len(), 2);
+    let (tracer, rejected) = Tracer::new(&original, keys).unwrap();
+    assert_eq!(tracer.len(), 2);
     let reasons: Vec<(usize, bool, bool, bool)> = rejected
         .iter()
         .map(|r| {
@@ -144,14 +144,14 @@ fn keys_that_do_not_belong_are_given_back_with_the_reason() {
 
     // Both presets' keys are found by the same call.
     for (index, preset, i) in [(0, Preset::Robust, 3), (4, Preset::Paper, 5)] {
-        let marker = Marker::new(&original, preset.parameters(), true).unwrap();
+        let marker = Embedder::new(&original, preset.parameters(), true).unwrap();
         let (identity, secret) = buyer(i);
         let copy = marker.mark(identity, secret, &Rewrite::default()).unwrap();
         let suspect = Document::parse(copy.bytes, None).unwrap();
-        let trace = keyring.trace(&suspect, &DetectOptions::default()).unwrap();
+        let trace = tracer.trace(&suspect, &DetectOptions::default()).unwrap();
         assert_eq!(named(&trace), [index]);
     }
-    let (none, rejected) = Keyring::new(&original, vec![]).unwrap();
+    let (none, rejected) = Tracer::new(&original, vec![]).unwrap();
     assert!(none.is_empty() && rejected.is_empty());
     assert!(!none.trace(&other, &DetectOptions::default()).unwrap().found);
 }

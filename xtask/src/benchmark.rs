@@ -138,7 +138,7 @@ fn model_cells(model: &'static str, marked: &[Marked]) -> anyhow::Result<Vec<Cel
 
 fn distortion(model: &'static str, marked: &[Marked]) -> anyhow::Result<Distortion> {
     let of = |marked: &Marked| {
-        let original = marked.prepared.model().soup();
+        let original = marked.detector.model().soup();
         let bounds = original.bounding_box().context("a model has an extent")?;
         let apart = compare(original, &marked.copy, &DistanceOptions::default());
         let apart = apart.context("a model has a surface")?;

@@ -337,7 +337,7 @@ impl Kind {
                 let judge = Judge::Correlation(subject.extract(&found)?);
                 Ok(vec![Extracted { name: name.into(), judge }])
             }
-            Method::Robust => judges(name, &subject.extractor()?.from_vertices(&found, NUISANCE)?),
+            Method::Robust => judges(name, &subject.extractor()?.estimate_from_vertices(&found, NUISANCE)?),
         }
     }
 }
@@ -346,7 +346,7 @@ impl Kind {
 const NUISANCE: Nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
 
 fn surface(subject: &Subject, name: &str, suspect: &Soup) -> anyhow::Result<Vec<Extracted>> {
-    judges(name, &subject.extractor()?.from_surface(suspect, NUISANCE)?)
+    judges(name, &subject.extractor()?.estimate_from_surface(suspect, NUISANCE)?)
 }
 
 fn moved(soup: &Soup, similarity: &Similarity3<f64>) -> Soup {
@@ -547,10 +547,10 @@ fn detection(
     rng: &mut ChaCha8Rng,
     seed: u64,
 ) -> anyhow::Result<Option<f64>> {
-    let prepared = subject.key(rng)?;
-    let suspect = prepared.suspect(&document(&attacked(subject.soup(), rng))?);
+    let detector = subject.key(rng)?;
+    let suspect = detector.suspect(&document(&attacked(subject.soup(), rng))?);
     let options = DetectOptions { method: method.into(), seed, ..DetectOptions::default() };
-    Ok(prepared.detect(&suspect, &options).ok().map(|detection| detection.log10_p))
+    Ok(detector.detect(&suspect, &options).ok().map(|detection| detection.log10_p))
 }
 
 /// The surface after one to three attacks of the battery; combinations that leave too little are drawn again.

@@ -12,7 +12,7 @@ use sombrero::basis::BasisOptions;
 use sombrero::io::{Document, Format, Rewrite, encode};
 use sombrero::mesh::Soup;
 use sombrero::watermark::{Identity, Key, Parameters, Secret};
-use sombrero::{DetectOptions, Keyring, Marker, Trace};
+use sombrero::{DetectOptions, Embedder, Trace, Tracer};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -94,23 +94,23 @@ pub(crate) fn run(args: &Collusion, folder: &Path) -> anyhow::Result<()> {
 
 /// An original, everybody's secret, and all keys.
 struct Shop<'a> {
-    marker: Marker<'a>,
-    keyring: Keyring,
+    embedder: Embedder<'a>,
+    tracer: Tracer,
     buyers: Vec<(Identity, Secret)>,
     triangles: &'a [[u32; 3]],
 }
 
 impl<'a> Shop<'a> {
     fn new(document: &'a Document, parameters: Parameters, buyers: usize) -> anyhow::Result<Self> {
-        let marker = Marker::new(document, parameters, false)?;
+        let embedder = Embedder::new(document, parameters, false)?;
         let mut rng = ChaCha8Rng::seed_from_u64(7);
         let buyer =
             |i| (Identity { owner: String::new(), recipient: format!("buyer {i}") }, Secret(rng.random()));
         let buyers: Vec<(Identity, Secret)> = (0..buyers).map(buyer).collect();
-        let keys: Vec<Key> = buyers.iter().map(|(who, secret)| marker.key(who.clone(), *secret)).collect();
-        let (keyring, rejected) = Keyring::new(document, keys)?;
+        let keys: Vec<Key> = buyers.iter().map(|(who, secret)| embedder.key(who.clone(), *secret)).collect();
+        let (tracer, rejected) = Tracer::new(document, keys)?;
         anyhow::ensure!(rejected.is_empty(), "a key of our own was rejected");
-        Ok(Self { marker, keyring, buyers, triangles: document.triangles() })
+        Ok(Self { embedder, tracer, buyers, triangles: document.triangles() })
     }
 
     fn cell(
@@ -123,7 +123,7 @@ impl<'a> Shop<'a> {
     ) -> anyhow::Result<Cell> {
         let mut cell = Cell {
             model: model.to_owned(),
-            coefficients: self.marker.parameters().basis.coefficients,
+            coefficients: self.embedder.parameters().basis.coefficients,
             attack,
             leakers,
             named: Vec::new(),
@@ -137,7 +137,7 @@ impl<'a> Shop<'a> {
             let guilty = distinct(leakers, self.buyers.len(), &mut rng);
             let suspect = apply_all(&attacks, &self.mean(&guilty)?, &mut rng)?.soup;
             let file = Document::parse(encode(Format::PlyBinaryLittleEndian, &suspect)?, None)?;
-            let trace = self.keyring.trace(&file, &DetectOptions::default())?;
+            let trace = self.tracer.trace(&file, &DetectOptions::default())?;
             let count = |leaks: bool| {
                 trace.recipients.iter().filter(|r| r.named && guilty.contains(&r.index) == leaks).count()
             };
@@ -155,7 +155,7 @@ impl<'a> Shop<'a> {
         let mut sums = Vec::new();
         for &i in guilty {
             let (identity, secret) = self.buyers[i].clone();
-            let copy = self.marker.mark(identity, secret, &Rewrite::default())?;
+            let copy = self.embedder.mark(identity, secret, &Rewrite::default())?;
             sums.resize(copy.points.len(), Vector3::<f64>::zeros());
             sums.iter_mut().zip(&copy.points).for_each(|(sum, p)| *sum += p.coords);
         }

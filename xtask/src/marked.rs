@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Attack, Attacked, apply_all};
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
-use sombrero::watermark::{Distortion, Fingerprint, Identity, Key, Parameters, Secret, embed};
-use sombrero::{DetectOptions, Prepared, Suspect};
+use sombrero::watermark::{Distortion, Identity, Key, OriginalDigest, Parameters, Secret, embed};
+use sombrero::{DetectOptions, Detector, Suspect};
 use std::path::Path;
 
 /// One of the models, as its file has it.
@@ -17,7 +17,7 @@ pub(crate) fn read(folder: &Path, file: &str) -> anyhow::Result<Document> {
 
 /// An original and its marked copy.
 pub(crate) struct Marked {
-    pub(crate) prepared: Prepared,
+    pub(crate) detector: Detector,
     pub(crate) copy: Soup,
     /// Displacements in largest sides.
     pub(crate) relative_max: f64,
@@ -30,14 +30,14 @@ impl Marked {
         let surface = sombrero::Model::new(&document.soup());
         let basis = surface.basis(&parameters.basis)?;
         let secret = Secret([u8::try_from(seed).context("at most 256 seeds")?; 32]);
-        let original = Fingerprint::of(document.bytes());
+        let original = OriginalDigest::of(document.bytes());
         let key = Key::new(&original, Identity::default(), secret, parameters, &basis);
         let Soup { points, triangles } = surface.soup();
         let marked = embed(points, &basis, &key.watermark, parameters.epsilon);
         let Distortion { max, rms } = Distortion::between(points, &marked);
         let side = surface.largest_side();
         Ok(Self {
-            prepared: Prepared::new(document, key)?,
+            detector: Detector::new(document, key)?,
             copy: Soup::new(marked, triangles.clone()),
             relative_max: max / side,
             relative_rms: rms / side,
@@ -58,6 +58,6 @@ impl Marked {
         let same = attacked.soup.triangles == self.copy.triangles;
         let correspondence = (corresponds || same).then(|| attacked.correspondence(self.copy.points.len()));
         let suspect = Suspect { soup: attacked.soup, correspondence };
-        self.prepared.detect(&suspect, options).map_or(0.0, |detection| detection.log10_p)
+        self.detector.detect(&suspect, options).map_or(0.0, |detection| detection.log10_p)
     }
 }

@@ -136,7 +136,7 @@ fn marked(document: &Document, parameters: &Parameters, runs: u64) -> anyhow::Re
 /// Root mean square displacement in largest sides and change of normals in radians, medians over marks.
 fn distortion(marked: &[Marked]) -> anyhow::Result<[f64; 2]> {
     let of = |marked: &Marked| {
-        let original = marked.prepared.model().soup();
+        let original = marked.detector.model().soup();
         let normals = normal_change(&original.points, &marked.copy.points, &original.triangles);
         [marked.relative_rms, normals]
     };

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::attacks::{Attack, apply};
 use sombrero::stats::{median, wilson_interval};
-use sombrero::{DetectOptions, Step, Suspect};
+use sombrero::{DetectOptions, Suspect, When};
 use std::path::{Path, PathBuf};
 
 /// How often a mark is missed.
@@ -113,17 +113,17 @@ pub(crate) fn run(args: &Roc, folder: &Path) -> anyhow::Result<()> {
 fn trial(subject: &Subject, method: Method, amplitude: f64, stream: u64) -> anyhow::Result<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     rng.set_stream(stream);
-    let (prepared, marked) = subject.marked(&mut rng)?;
+    let (detector, marked) = subject.marked(&mut rng)?;
     let attacked = apply(&Attack::Noise { amplitude }, &marked, &mut rng)?;
     let correspondence = Some(attacked.correspondence(marked.points.len()));
     let suspect = Suspect { soup: attacked.soup, correspondence };
     let usual = DetectOptions { method: method.into(), ..DetectOptions::default() };
     // The paper looked once, at the vertices where they are.
     let options = match method {
-        Method::Paper => DetectOptions { registration: Step::Never, resampling: Step::Never, ..usual },
+        Method::Paper => DetectOptions { registration: When::Never, resampling: When::Never, ..usual },
         Method::Robust => usual,
     };
-    Ok(prepared.detect(&suspect, &options)?.log10_p)
+    Ok(detector.detect(&suspect, &options)?.log10_p)
 }
 
 impl Curve {

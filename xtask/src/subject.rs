@@ -4,11 +4,11 @@ use crate::marked::read;
 use nalgebra::Point3;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-use sombrero::Prepared;
+use sombrero::Detector;
 use sombrero::extraction::{Extractor, extract};
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
-use sombrero::watermark::{Fingerprint, Identity, Key, Parameters, Preset, Secret, embed};
+use sombrero::watermark::{Identity, Key, OriginalDigest, Parameters, Preset, Secret, embed};
 use std::path::Path;
 
 /// A model of the paper with the basis of its marks.
@@ -16,7 +16,7 @@ pub(crate) struct Subject {
     pub(crate) document: Document,
     pub(crate) parameters: Parameters,
     /// With the key of an all-zero secret.
-    pub(crate) prepared: Prepared,
+    pub(crate) detector: Detector,
 }
 
 impl Subject {
@@ -28,40 +28,40 @@ impl Subject {
         let basis = sombrero::Model::new(&document.soup()).basis(&parameters.basis)?;
         let secret = Secret([0; 32]);
         let key =
-            Key::new(&Fingerprint::of(document.bytes()), Identity::default(), secret, &parameters, &basis);
-        let prepared = Prepared::new(&document, key)?;
-        Ok(Self { document, parameters, prepared })
+            Key::new(&OriginalDigest::of(document.bytes()), Identity::default(), secret, &parameters, &basis);
+        let detector = Detector::new(&document, key)?;
+        Ok(Self { document, parameters, detector })
     }
 
     /// The key of a random secret.
-    pub(crate) fn key(&self, rng: &mut ChaCha8Rng) -> anyhow::Result<Prepared> {
+    pub(crate) fn key(&self, rng: &mut ChaCha8Rng) -> anyhow::Result<Detector> {
         let mut secret = Secret([0; 32]);
         rng.fill_bytes(&mut secret.0);
-        let original = Fingerprint::of(self.document.bytes());
-        let key = Key::new(&original, Identity::default(), secret, &self.parameters, self.prepared.basis());
-        Ok(self.prepared.for_key(&self.document, key)?)
+        let original = OriginalDigest::of(self.document.bytes());
+        let key = Key::new(&original, Identity::default(), secret, &self.parameters, self.detector.basis());
+        Ok(self.detector.for_key(&self.document, key)?)
     }
 
     pub(crate) fn soup(&self) -> &Soup {
-        self.prepared.model().soup()
+        self.detector.model().soup()
     }
 
     /// The model with the mark of a random secret.
-    pub(crate) fn marked(&self, rng: &mut ChaCha8Rng) -> anyhow::Result<(Prepared, Soup)> {
-        let prepared = self.key(rng)?;
+    pub(crate) fn marked(&self, rng: &mut ChaCha8Rng) -> anyhow::Result<(Detector, Soup)> {
+        let detector = self.key(rng)?;
         let Soup { points, triangles } = self.soup();
-        let marked = embed(points, prepared.basis(), &prepared.key().watermark, self.parameters.epsilon);
-        Ok((prepared, Soup::new(marked, triangles.clone())))
+        let marked = embed(points, detector.basis(), &detector.key().watermark, self.parameters.epsilon);
+        Ok((detector, Soup::new(marked, triangles.clone())))
     }
 
     /// The robust extraction for this model.
     pub(crate) fn extractor(&self) -> anyhow::Result<Extractor> {
-        Ok(Extractor::new(self.prepared.basis(), self.parameters.epsilon, self.soup())?)
+        Ok(Extractor::new(self.detector.basis(), self.parameters.epsilon, self.soup())?)
     }
 
     /// w* by the paper's extraction, from where the model's points were found.
     pub(crate) fn extract(&self, found: &[Option<Point3<f64>>]) -> anyhow::Result<Vec<Option<f64>>> {
-        let basis = self.prepared.basis();
+        let basis = self.detector.basis();
         Ok(extract(basis, self.parameters.epsilon, &self.soup().points, found)?.coefficients)
     }
 }

@@ -232,7 +232,7 @@ impl From<Method> for sombrero::Method {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Step {
+pub(crate) enum When {
     /// As the suspect asks for; the paper's method tries with and without, and the better one counts.
     Auto,
     /// Only with it.
@@ -241,12 +241,12 @@ pub(crate) enum Step {
     Never,
 }
 
-impl From<Step> for sombrero::Step {
-    fn from(step: Step) -> Self {
+impl From<When> for sombrero::When {
+    fn from(step: When) -> Self {
         match step {
-            Step::Auto => Self::Auto,
-            Step::Always => Self::Always,
-            Step::Never => Self::Never,
+            When::Auto => Self::Auto,
+            When::Always => Self::Always,
+            When::Never => Self::Never,
         }
     }
 }
@@ -270,11 +270,11 @@ pub(crate) struct Detect {
     #[arg(long, value_enum, default_value_t = Method::Robust)]
     pub(crate) method: Method,
     /// Align the suspect to the original first (similarity: turned, moved, scaled).
-    #[arg(long, value_enum, default_value_t = Step::Auto)]
-    pub(crate) registration: Step,
+    #[arg(long, value_enum, default_value_t = When::Auto)]
+    pub(crate) registration: When,
     /// Resample the suspect to the original's connectivity; with --method robust, compare surfaces instead of vertices.
-    #[arg(long, value_enum, default_value_t = Step::Auto)]
-    pub(crate) resampling: Step,
+    #[arg(long, value_enum, default_value_t = When::Auto)]
+    pub(crate) resampling: When,
     /// The mark counts as found when the probability of a chance match is at most this.
     #[arg(long, value_name = "P", default_value_t = 1e-6, allow_negative_numbers = true, value_parser = finite)]
     pub(crate) threshold: f64,
@@ -399,11 +399,11 @@ pub(crate) struct Trace {
     #[arg(long, value_name = "DIR")]
     pub(crate) keys: PathBuf,
     /// Align the suspect to the original first (similarity: turned, moved, scaled).
-    #[arg(long, value_enum, default_value_t = Step::Auto)]
-    pub(crate) registration: Step,
+    #[arg(long, value_enum, default_value_t = When::Auto)]
+    pub(crate) registration: When,
     /// Compare surfaces instead of vertices.
-    #[arg(long, value_enum, default_value_t = Step::Auto)]
-    pub(crate) resampling: Step,
+    #[arg(long, value_enum, default_value_t = When::Auto)]
+    pub(crate) resampling: When,
     /// A recipient is named when the chance that anybody without a part matches as well is at most this.
     #[arg(long, value_name = "P", default_value_t = 1e-6, allow_negative_numbers = true, value_parser = finite)]
     pub(crate) threshold: f64,

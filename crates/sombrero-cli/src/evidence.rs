@@ -1,6 +1,6 @@
 //! What `detect` puts beside its figures so that `verify` can find all of them again: files, settings, program.
 
-use crate::args::{Method, Step};
+use crate::args::{Method, When};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -50,8 +50,8 @@ impl FileHash {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Settings {
     pub(crate) method: Method,
-    pub(crate) registration: Step,
-    pub(crate) resampling: Step,
+    pub(crate) registration: When,
+    pub(crate) resampling: When,
     pub(crate) threshold: f64,
     pub(crate) seed: u64,
 }
@@ -60,7 +60,7 @@ impl Default for Settings {
     /// Those of `detect` when nothing else is asked for.
     fn default() -> Self {
         let DetectOptions { threshold, seed, .. } = DetectOptions::default();
-        let (method, registration, resampling) = (Method::Robust, Step::Auto, Step::Auto);
+        let (method, registration, resampling) = (Method::Robust, When::Auto, When::Auto);
         Self { method, registration, resampling, threshold, seed }
     }
 }

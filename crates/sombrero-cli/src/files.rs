@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{Answer, Context, Outcome};
-use sombrero::StoredBasis;
+use sombrero::PreparedBasis;
 use sombrero::io::{Document, Format, Limits, Output, Overwrite, ReadError, read_bytes, write_together};
 use sombrero::watermark::{Key, Secret};
 use std::ffi::OsStr;
@@ -125,9 +125,9 @@ pub(crate) fn beside_key(key: &Path) -> PathBuf {
     name.into()
 }
 
-pub(crate) fn read_prepared(path: &Path, key: &Key, limits: Limits) -> Result<StoredBasis, Failure> {
+pub(crate) fn read_prepared(path: &Path, key: &Key, limits: Limits) -> Result<PreparedBasis, Failure> {
     let bytes = read_bytes(path, limits)?;
-    StoredBasis::parse(&bytes, key).map_err(|e| Failure::about("prepared", path, &e))
+    PreparedBasis::parse(&bytes, key).map_err(|e| Failure::about("prepared", path, &e))
 }
 
 /// The environment variable that may hold a secret.

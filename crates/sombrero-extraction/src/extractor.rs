@@ -3,7 +3,7 @@
 
 use crate::nuisance::{Fields, Nuisance};
 use crate::smoothing;
-use crate::system::{Carrier, Solution};
+use crate::system::{MarkMatrix, Solution};
 use nalgebra::{DMatrix, Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_basis::Basis;
@@ -17,7 +17,7 @@ use thiserror::Error;
 #[derive(Debug)]
 pub struct Extractor {
     pub(crate) original: Soup,
-    pub(crate) carrier: Carrier,
+    pub(crate) mark_matrix: MarkMatrix,
     /// The largest side of the bounding box.
     pub(crate) side: f64,
     /// Edges with one face, smaller vertex first.
@@ -110,7 +110,7 @@ impl Extractor {
             return Err(EstimateError::NoArea { which: "original" });
         }
         Ok(Self {
-            carrier: Carrier::new(basis, epsilon),
+            mark_matrix: MarkMatrix::new(basis, epsilon),
             side,
             rims: rims(&original.triangles),
             original: original.clone(),
@@ -151,7 +151,8 @@ impl Extractor {
     /// v + B w + N β.
     pub(crate) fn positions(&self, fields: &Fields, solution: &Solution) -> Vec<Point3<f64>> {
         let moved = |(v, p): (u32, &Point3<f64>)| {
-            p + self.carrier.displacement(v, &solution.w) + fields.displacement(v, solution.beta.as_slice())
+            p + self.mark_matrix.displacement(v, &solution.w)
+                + fields.displacement(v, solution.beta.as_slice())
         };
         (0..self.original.points.len() as u32).into_par_iter().zip(&self.original.points).map(moved).collect()
     }

@@ -96,7 +96,7 @@ impl<'a> Fields<'a> {
     }
 
     /// The standard deviation that column i's unknown has beforehand: what it moves is of the order of `length`.
-    pub(crate) fn usual(&self, i: usize, length: f64) -> f64 {
+    pub(crate) fn prior_deviation(&self, i: usize, length: f64) -> f64 {
         // A filter's strength is a number of the order of one whatever the units are.
         if i + self.modes.len() < self.columns() { length } else { 1.0 }
     }

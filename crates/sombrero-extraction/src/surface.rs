@@ -50,7 +50,11 @@ impl Extractor {
     ///
     /// # Errors
     /// [`EstimateError`] when a corner of the suspect is not usable, or it has no area.
-    pub fn from_surface(&self, suspect: &Soup, nuisance: Nuisance) -> Result<Estimate, EstimateError> {
+    pub fn estimate_from_surface(
+        &self,
+        suspect: &Soup,
+        nuisance: Nuisance,
+    ) -> Result<Estimate, EstimateError> {
         check(&suspect.points, &suspect.triangles, "suspect")?;
         let count = (SAMPLES_PER_VERTEX * self.original.points.len()).clamp(SAMPLES[0], SAMPLES[1]);
         let all = Points::new(suspect, count);
@@ -187,7 +191,7 @@ impl<'a> Fit<'a> {
         self.weigh(&pairs, points.weight);
         let observations: Vec<Observation> = pairs.iter().map(|p| p.observation).collect();
         let scale = (self.variance.max((LEAST_SCALE * extractor.side).powi(2)), extractor.side);
-        let solution = solve(&extractor.carrier, &self.fields, &observations, &self.weights, scale);
+        let solution = solve(&extractor.mark_matrix, &self.fields, &observations, &self.weights, scale);
         self.positions = extractor.positions(&self.fields, &solution);
         self.surface.refit(&self.positions);
         self.solves += 1;

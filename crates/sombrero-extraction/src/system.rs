@@ -51,7 +51,7 @@ pub(crate) struct Observation {
 
 /// B by rows: what the coefficients do to each vertex.
 #[derive(Debug, Clone)]
-pub(crate) struct Carrier {
+pub(crate) struct MarkMatrix {
     rows: CsrMatrix<f64>,
     /// ε a_i d_i.
     steps: Vec<Vector3<f64>>,
@@ -69,7 +69,7 @@ pub(crate) struct Solution {
     pub(crate) score: DVector<f64>,
 }
 
-impl Carrier {
+impl MarkMatrix {
     pub(crate) fn new(basis: &Basis, epsilon: f64) -> Self {
         let steps = (0..basis.functions().len()).map(|i| basis.step(i) * epsilon).collect();
         Self { rows: CsrMatrix::from(basis.values()), steps }
@@ -112,10 +112,10 @@ impl Sums {
         Self { matrix: DMatrix::zeros(columns, columns), right: DVector::zeros(columns) }
     }
 
-    fn of(carrier: &Carrier, fields: &Fields, observations: &[Observation], weights: &[f64]) -> Self {
-        let (m, k) = (carrier.coefficients(), fields.columns());
+    fn of(mark_matrix: &MarkMatrix, fields: &Fields, observations: &[Observation], weights: &[f64]) -> Self {
+        let (m, k) = (mark_matrix.coefficients(), fields.columns());
         let chunks = observations.par_chunks(CHUNK).zip(weights.par_chunks(CHUNK));
-        let parts: Vec<Self> = chunks.map(|(o, w)| Self::of_chunk(carrier, fields, o, w)).collect();
+        let parts: Vec<Self> = chunks.map(|(o, w)| Self::of_chunk(mark_matrix, fields, o, w)).collect();
         parts.into_iter().fold(Self::new(m + k), |mut sum, part| {
             sum.matrix += part.matrix;
             sum.right += part.right;
@@ -123,15 +123,20 @@ impl Sums {
         })
     }
 
-    fn of_chunk(carrier: &Carrier, fields: &Fields, observations: &[Observation], weights: &[f64]) -> Self {
-        let (m, k) = (carrier.coefficients(), fields.columns());
+    fn of_chunk(
+        mark_matrix: &MarkMatrix,
+        fields: &Fields,
+        observations: &[Observation],
+        weights: &[f64],
+    ) -> Self {
+        let (m, k) = (mark_matrix.coefficients(), fields.columns());
         let mut out = Self::new(m + k);
         let (mut sums, mut places) = (vec![0.0; m], Vec::new());
         let mut rows = Vec::with_capacity(BLOCK * k);
         let mut nuisance = vec![0.0; k];
         for (o, &weight) in observations.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
             fields.row(o.corners, o.weights, &o.direction, &mut nuisance);
-            carrier.row(o, &mut sums, &mut places);
+            mark_matrix.row(o, &mut sums, &mut places);
             out.add_sparse(&sums, &places, &nuisance, weight, o.offset);
             places.iter().for_each(|&i| sums[i] = 0.0);
             let root = weight.sqrt();
@@ -181,15 +186,16 @@ impl Sums {
 
 /// Solves the weighted equations. `variance` is s² and `side` the largest side, which scale the priors.
 pub(crate) fn solve(
-    carrier: &Carrier,
+    mark_matrix: &MarkMatrix,
     fields: &Fields,
     observations: &[Observation],
     weights: &[f64],
     (variance, side): (f64, f64),
 ) -> Solution {
-    let (m, k) = (carrier.coefficients(), fields.columns());
-    let Sums { matrix, right } = Sums::of(carrier, fields, observations, weights);
-    let prior: Vec<f64> = (0..k).map(|i| variance / fields.usual(i, DEFORMATION * side).powi(2)).collect();
+    let (m, k) = (mark_matrix.coefficients(), fields.columns());
+    let Sums { matrix, right } = Sums::of(mark_matrix, fields, observations, weights);
+    let prior: Vec<f64> =
+        (0..k).map(|i| variance / fields.prior_deviation(i, DEFORMATION * side).powi(2)).collect();
     let elimination = Elimination::new(&matrix, &right, m, &prior);
     let (information, score) = elimination.reduced(&matrix, &right);
     let w = with_prior(&information, &score, variance);

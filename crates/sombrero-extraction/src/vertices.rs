@@ -18,7 +18,7 @@ impl Extractor {
     ///
     /// # Errors
     /// [`EstimateError`] for another number of vertices or a position that is not finite.
-    pub fn from_vertices(
+    pub fn estimate_from_vertices(
         &self,
         found: &[Option<Point3<f64>>],
         nuisance: Nuisance,
@@ -66,15 +66,15 @@ impl Extractor {
     }
 
     fn solved(&self, fields: &Fields, observations: &[Observation], fit: &Fit) -> Solution {
-        solve(&self.carrier, fields, observations, &fit.weights, (fit.variance, self.side))
+        solve(&self.mark_matrix, fields, observations, &fit.weights, (fit.variance, self.side))
     }
 
     /// Weights by the length of each vertex's residual.
     fn reweighted(&self, fields: &Fields, observations: &[Observation], solution: &Solution) -> Fit {
         let length = |three: &[Observation]| {
             let v = three[0].corners[0];
-            let explained =
-                self.carrier.displacement(v, &solution.w) + fields.displacement(v, solution.beta.as_slice());
+            let explained = self.mark_matrix.displacement(v, &solution.w)
+                + fields.displacement(v, solution.beta.as_slice());
             (Vector3::from_iterator(three.iter().map(|o| o.offset)) - explained).norm()
         };
         let lengths: Vec<f64> = observations.chunks_exact(3).map(length).collect();

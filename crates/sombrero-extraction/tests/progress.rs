@@ -16,8 +16,8 @@ fn an_extraction_says_how_far_it_is() {
     let extractor = Extractor::new(&basis, 0.01, &soup).unwrap();
     let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
     let found: Vec<_> = soup.points.iter().copied().map(Some).collect();
-    let vertices = || extractor.from_vertices(&found, nuisance).unwrap().coefficients;
-    let surface = || extractor.from_surface(&soup, nuisance).unwrap().coefficients;
+    let vertices = || extractor.estimate_from_vertices(&found, nuisance).unwrap().coefficients;
+    let surface = || extractor.estimate_from_surface(&soup, nuisance).unwrap().coefficients;
     let (result, said) = heard(vertices);
     assert_eq!((result, said.len()), (vertices(), 4), "and finds the same when nobody listens");
     let (result, said) = heard(surface);

@@ -80,7 +80,7 @@ proptest! {
         let w = watermark(30, seed);
         let turn = nalgebra::Rotation3::from_scaled_axis(Vector3::from(turn));
         let moved: Vec<_> = case.marked(&w).iter().map(|p| turn * p + Vector3::from(shift)).collect();
-        let found = case.extractor.from_vertices(&some(&moved), NOTHING).unwrap();
+        let found = case.extractor.estimate_from_vertices(&some(&moved), NOTHING).unwrap();
         // What the paper's extraction makes of it is far off: that is what the columns are for.
         let paper = extract(&case.basis, EPSILON, &case.soup.points, &some(&moved)).unwrap();
         let papers = paper.coefficients.iter().zip(&w).map(|(a, b)| (a.unwrap() - b).abs()).fold(0.0, f64::max);
@@ -95,7 +95,7 @@ proptest! {
         let map = Matrix3::identity() + Matrix3::from_row_slice(&entries);
         let moved: Vec<_> = case.marked(&w).iter().map(|p| map * p).collect();
         let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: false };
-        let found = case.extractor.from_vertices(&some(&moved), nuisance).unwrap();
+        let found = case.extractor.estimate_from_vertices(&some(&moved), nuisance).unwrap();
         let (mut dot, mut norms) = (0.0, [0.0; 2]);
         for (x, y) in found.coefficients.iter().zip(&w) {
             dot += x * y;
@@ -109,7 +109,7 @@ proptest! {
         let case = case(900, 30);
         let w = watermark(30, seed);
         let suspect = subdivided(&Soup::new(case.marked(&w), case.soup.triangles.clone()));
-        let found = case.extractor.from_surface(&suspect, NOTHING).unwrap();
+        let found = case.extractor.estimate_from_surface(&suspect, NOTHING).unwrap();
         // A mark of -2.7 can turn the faces around a small feature so far that they no longer count as the same
         // surface (seed 939): that coefficient is then said to be unknown, not guessed.
         let known: Vec<usize> = (0..30).filter(|&i| found.standard_errors[i].is_finite()).collect();
@@ -129,7 +129,7 @@ proptest! {
         let keeps = |t: &&[u32; 3]| t.iter().all(|&v| marked[v as usize].x < cut);
         let triangles: Vec<_> = case.soup.triangles.iter().filter(keeps).copied().collect();
         let suspect = subdivided(&Soup::new(marked.clone(), triangles));
-        let found = case.extractor.from_surface(&suspect, NOTHING).unwrap();
+        let found = case.extractor.estimate_from_surface(&suspect, NOTHING).unwrap();
         for (i, (&w, &error)) in w.iter().zip(&found.standard_errors).enumerate() {
             let column = case.basis.values().col(i);
             if error < 0.05 {
@@ -159,12 +159,12 @@ fn a_bend_is_told_from_the_mark() {
     let bent: Vec<_> = case.marked(&w).iter().map(bend).collect();
     let suspect = subdivided(&Soup::new(bent, case.soup.triangles.clone()));
     let nuisance = Nuisance { deformation: Deformation::Lattice, smoothing: true };
-    let found = case.extractor.from_surface(&suspect, nuisance).unwrap();
+    let found = case.extractor.estimate_from_surface(&suspect, nuisance).unwrap();
     let known: Vec<usize> = (0..40).filter(|&i| found.standard_errors[i] < 0.2).collect();
     let errors: Vec<f64> = known.iter().map(|&i| (found.coefficients[i] - w[i]).powi(2)).collect();
     let rms = (errors.iter().sum::<f64>() / errors.len() as f64).sqrt();
     assert!(known.len() > 20 && rms < 0.3, "{} known to {rms}", known.len());
-    let stiff = case.extractor.from_surface(&suspect, NOTHING).unwrap();
+    let stiff = case.extractor.estimate_from_surface(&suspect, NOTHING).unwrap();
     let wrong: Vec<f64> = known.iter().map(|&i| (stiff.coefficients[i] - w[i]).powi(2)).collect();
     assert!(wrong.iter().sum::<f64>() > 10.0 * errors.iter().sum::<f64>());
 }
@@ -181,7 +181,7 @@ fn standard_errors_are_those_that_noise_makes() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut jitter = || Vector3::from_fn(|_, _| 0.004 * (rng.random::<f64>() - 0.5));
         let noisy: Vec<_> = marked.iter().map(|p| p + jitter()).collect();
-        let found = case.extractor.from_vertices(&some(&noisy), NOTHING).unwrap();
+        let found = case.extractor.estimate_from_vertices(&some(&noisy), NOTHING).unwrap();
         let terms = found.coefficients.iter().zip(&w).zip(&found.standard_errors);
         squares += terms.map(|((a, b), s)| ((a - b) / s).powi(2)).sum::<f64>() / 20.0;
     }
@@ -209,7 +209,7 @@ fn smoothing_is_told_from_the_mark() {
     }
     let error = |smoothing| {
         let nuisance = Nuisance { deformation: Deformation::Similarity, smoothing };
-        worst(&case.extractor.from_vertices(&some(&points), nuisance).unwrap(), &w)
+        worst(&case.extractor.estimate_from_vertices(&some(&points), nuisance).unwrap(), &w)
     };
     assert!(error(true) < 0.25 * error(false), "{} with, {} without", error(true), error(false));
 }
@@ -221,7 +221,7 @@ fn outliers_count_for_nothing() {
     let mut points = case.marked(&w);
     // A bump somewhere that the mark knows nothing of.
     points.iter_mut().filter(|p| p.z > 0.8).for_each(|p| p.z += 0.1);
-    let found = case.extractor.from_vertices(&some(&points), NOTHING).unwrap();
+    let found = case.extractor.estimate_from_vertices(&some(&points), NOTHING).unwrap();
     let untouched =
         |i: usize| case.basis.values().col(i).row_indices().iter().all(|&v| case.soup.points[v].z < 0.6);
     let errors = (0..20).filter(|&i| untouched(i)).map(|i| (found.coefficients[i] - w[i]).abs());
@@ -235,7 +235,7 @@ fn threads_do_not_change_a_bit() {
     let nuisance = Nuisance { deformation: Deformation::Lattice, smoothing: true };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| case.extractor.from_surface(&suspect, nuisance).unwrap())
+        pool.install(|| case.extractor.estimate_from_surface(&suspect, nuisance).unwrap())
     };
     let (one, two) = (run(1), run(2));
     assert_eq!(one.coefficients, two.coefficients);
@@ -248,7 +248,7 @@ fn many_suspects_at_once_are_as_one_after_the_other() {
     let case = case(6000, 20);
     let suspects: Vec<Soup> =
         (0..4).map(|k| Soup::new(case.marked(&watermark(20, k)), case.soup.triangles.clone())).collect();
-    let look = |suspect: &Soup| case.extractor.from_surface(suspect, NOTHING).unwrap().coefficients;
+    let look = |suspect: &Soup| case.extractor.estimate_from_surface(suspect, NOTHING).unwrap().coefficients;
     let alone: Vec<Vec<f64>> = suspects.iter().map(look).collect();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
     for _ in 0..3 {
@@ -261,12 +261,13 @@ fn many_suspects_at_once_are_as_one_after_the_other() {
 fn senseless_questions_are_refused() {
     let case = case(900, 20);
     let points = &case.soup.points;
-    let vertices = |found: &[Option<Point3<f64>>]| case.extractor.from_vertices(found, NOTHING).unwrap_err();
+    let vertices =
+        |found: &[Option<Point3<f64>>]| case.extractor.estimate_from_vertices(found, NOTHING).unwrap_err();
     assert_eq!(vertices(&[]), EstimateError::Lengths { found: 0, original: points.len() });
     let mut broken = some(points);
     broken[3] = Some(Point3::new(f64::NAN, 0.0, 0.0));
     assert_eq!(vertices(&broken), EstimateError::Vertex { which: "suspect", vertex: 3 });
-    let surface = |soup: Soup| case.extractor.from_surface(&soup, NOTHING).unwrap_err();
+    let surface = |soup: Soup| case.extractor.estimate_from_surface(&soup, NOTHING).unwrap_err();
     assert_eq!(surface(Soup::default()), EstimateError::NoArea { which: "suspect" });
     let beyond = Soup::new(points.clone(), vec![[0, 1, u32::MAX]]);
     assert_eq!(surface(beyond), EstimateError::Vertex { which: "suspect", vertex: u32::MAX as usize });
@@ -279,7 +280,7 @@ fn senseless_questions_are_refused() {
 #[test]
 fn nothing_present_says_nothing() {
     let case = case(900, 20);
-    let found = case.extractor.from_vertices(&vec![None; case.soup.points.len()], NOTHING).unwrap();
+    let found = case.extractor.estimate_from_vertices(&vec![None; case.soup.points.len()], NOTHING).unwrap();
     assert!(found.coefficients.iter().all(|w| *w == 0.0));
     assert!(found.standard_errors.iter().all(|s| s.is_infinite()));
     assert!(found.precision.iter().all(|p| *p == 0.0));
@@ -298,7 +299,7 @@ fn any_suspect_gives_numbers() {
         for deformation in [Deformation::Similarity, Deformation::Affine, Deformation::Lattice] {
             for smoothing in [false, true] {
                 let nuisance = Nuisance { deformation, smoothing };
-                let found = case.extractor.from_surface(&suspect, nuisance).unwrap();
+                let found = case.extractor.estimate_from_surface(&suspect, nuisance).unwrap();
                 assert!(found.coefficients.iter().all(|w| w.is_finite()), "{nuisance:?}");
                 assert!(found.precision.iter().all(|p| p.is_finite()), "{nuisance:?}");
                 assert!(found.standard_errors.iter().all(|s| *s >= 0.0) && found.residual_rms.is_finite());

@@ -17,7 +17,7 @@ pub mod topology;
 
 pub use collapse::{Collapse, CollapseError};
 pub use ids::{EdgeId, FaceId, HalfedgeId, VertexId};
-pub use matching::{Matching, Matchings, match_connectivity};
+pub use matching::{Matchings, VertexMatching, match_connectivity};
 pub use mesh::{Mesh, TopologyError};
 pub use repair::repair;
 pub use soup::{BoundingBox, Soup};

@@ -35,11 +35,11 @@ impl Key {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Fingerprint, Identity, Key, Parameters, Secret};
+    use crate::{Identity, Key, OriginalDigest, Parameters, Secret};
 
     fn key(owner: &str) -> Key {
         let identity = Identity { owner: owner.into(), recipient: "№ 7".into() };
-        let file = Fingerprint::of(b"file");
+        let file = OriginalDigest::of(b"file");
         Key::with_digest(&file, identity, Secret([9; 32]), Parameters::default(), &[1; 32])
     }
 

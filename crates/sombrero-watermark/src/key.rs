@@ -5,7 +5,7 @@
 //! whether the file was edited.
 
 use crate::Parameters;
-use crate::sequence::{Fingerprint, Identity, Secret};
+use crate::sequence::{Identity, OriginalDigest, Secret};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
@@ -133,7 +133,7 @@ impl Key {
     /// Makes the key for marking `original` by `basis`, which was built with these `parameters`. (As many
     /// coefficients are noted as the basis has functions.)
     pub fn new(
-        original: &Fingerprint,
+        original: &OriginalDigest,
         identity: Identity,
         secret: Secret,
         parameters: &Parameters,
@@ -148,7 +148,7 @@ impl Key {
     /// The same for those who make many keys for one basis, whose [`Basis::digest`] it takes; `parameters` must
     /// have as many coefficients as the basis has functions.
     pub fn with_digest(
-        original: &Fingerprint,
+        original: &OriginalDigest,
         identity: Identity,
         secret: Secret,
         parameters: Parameters,
@@ -213,7 +213,7 @@ impl Key {
     ///
     /// # Errors
     /// [`Mismatch::Original`] when it is not.
-    pub fn check_original(&self, original: &Fingerprint) -> Result<(), Mismatch> {
+    pub fn check_original(&self, original: &OriginalDigest) -> Result<(), Mismatch> {
         if original.sha256() == self.original_sha256 {
             return Ok(());
         }
@@ -226,7 +226,7 @@ impl Key {
     ///
     /// # Errors
     /// The first [`Mismatch`].
-    pub fn check(&self, original: &Fingerprint, basis: &Basis) -> Result<(), Mismatch> {
+    pub fn check(&self, original: &OriginalDigest, basis: &Basis) -> Result<(), Mismatch> {
         self.check_watermark(original)?;
         self.check_basis(&basis.digest())
     }
@@ -235,7 +235,7 @@ impl Key {
     ///
     /// # Errors
     /// [`Mismatch::Original`] or [`Mismatch::Watermark`].
-    pub fn check_watermark(&self, original: &Fingerprint) -> Result<(), Mismatch> {
+    pub fn check_watermark(&self, original: &OriginalDigest) -> Result<(), Mismatch> {
         self.check_original(original)?;
         let derived = original.watermark(&self.identity, &self.secret, self.watermark.len());
         match derived.iter().zip(&self.watermark).position(|(a, b)| a != b) {
@@ -320,7 +320,13 @@ mod tests {
 
     fn key() -> Key {
         let identity = Identity { owner: "Alice, \"2026\"".into(), recipient: "№ 7".into() };
-        Key::new(&Fingerprint::of(b"file"), identity, Secret([9; 32]), &Preset::Paper.parameters(), &basis(5))
+        Key::new(
+            &OriginalDigest::of(b"file"),
+            identity,
+            Secret([9; 32]),
+            &Preset::Paper.parameters(),
+            &basis(5),
+        )
     }
 
     #[test]
@@ -342,10 +348,10 @@ mod tests {
 
     #[test]
     fn a_genuine_key_is_told_from_edited_ones() {
-        let (key, basis, file) = (key(), basis(5), Fingerprint::of(b"file"));
+        let (key, basis, file) = (key(), basis(5), OriginalDigest::of(b"file"));
         assert_eq!(key.check(&file, &basis), Ok(()));
         assert_eq!((key.check_watermark(&file), key.check_basis(&basis.digest())), (Ok(()), Ok(())));
-        assert!(matches!(key.check(&Fingerprint::of(b"other"), &basis), Err(Mismatch::Original { .. })));
+        assert!(matches!(key.check(&OriginalDigest::of(b"other"), &basis), Err(Mismatch::Original { .. })));
         let mut edited = key.clone();
         edited.watermark[3] += 0.5;
         assert_eq!(edited.check(&file, &basis), Err(Mismatch::Watermark { coefficient: 3 }));

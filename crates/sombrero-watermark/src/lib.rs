@@ -9,4 +9,4 @@ mod sequence;
 pub use embedding::{Distortion, embed, normal_change};
 pub use key::{Key, KeyError, Mismatch};
 pub use parameters::{Parameters, Preset, UnknownPreset};
-pub use sequence::{Fingerprint, Identity, Secret, SecretError, watermark};
+pub use sequence::{Identity, OriginalDigest, Secret, SecretError, watermark};

@@ -59,13 +59,13 @@ pub struct Identity {
 
 /// What watermarks and keys take from the bytes of an original: read once, for any number of copies.
 #[derive(Clone)]
-pub struct Fingerprint {
+pub struct OriginalDigest {
     sha256: [u8; 32],
     /// Tag and original are hashed; texts and secret are to come.
     seed: Sha256,
 }
 
-impl Fingerprint {
+impl OriginalDigest {
     /// Hashes the original file.
     pub fn of(original: &[u8]) -> Self {
         let mut seed = Sha256::new();
@@ -91,9 +91,9 @@ impl Fingerprint {
     }
 }
 
-impl fmt::Debug for Fingerprint {
+impl fmt::Debug for OriginalDigest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Fingerprint({})", hex::encode(self.sha256))
+        write!(f, "OriginalDigest({})", hex::encode(self.sha256))
     }
 }
 
@@ -102,9 +102,9 @@ fn hash_part(hash: &mut Sha256, part: &[u8]) {
     hash.update(part);
 }
 
-/// [`Fingerprint::watermark`] for those who need a single one.
+/// [`OriginalDigest::watermark`] for those who need a single one.
 pub fn watermark(original: &[u8], identity: &Identity, secret: &Secret, coefficients: usize) -> Vec<f64> {
-    Fingerprint::of(original).watermark(identity, secret, coefficients)
+    OriginalDigest::of(original).watermark(identity, secret, coefficients)
 }
 
 fn rounded(x: f64) -> f64 {

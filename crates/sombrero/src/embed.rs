@@ -12,7 +12,7 @@ use sombrero_extraction::{ExtractError, extract};
 use sombrero_io::{Companion, Document, Limits, ParseError, Rewrite, Rewritten, WriteError};
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
 use sombrero_watermark::{
-    Distortion, Fingerprint, Identity, Key, Parameters, Secret, embed as insert, normal_change,
+    Distortion, Identity, Key, OriginalDigest, Parameters, Secret, embed as insert, normal_change,
 };
 use thiserror::Error;
 
@@ -149,7 +149,7 @@ const TEST_NOISE: f64 = 0.002;
 /// Marks `original` with a watermark that follows from its bytes, the identity and `secret`, and checks
 /// that the marked file gives the mark back.
 ///
-/// For many copies of one original make a [`Marker`] once.
+/// For many copies of one original make an [`Embedder`] once.
 ///
 /// # Errors
 /// [`EmbedError`] when the mesh cannot carry the mark or the format cannot store it.
@@ -166,12 +166,12 @@ const TEST_NOISE: f64 = 0.002;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Result<Marked, EmbedError> {
-    let mut marker = Marker::new(original, options.parameters, options.fewer_if_small)?;
+    let mut embedder = Embedder::new(original, options.parameters, options.fewer_if_small)?;
     if let Some(most) = options.max_displacement {
-        marker.limit_displacement(most, [(&options.identity, &secret)])?;
+        embedder.limit_displacement(most, [(&options.identity, &secret)])?;
     }
-    let mut marked = marker.mark(options.identity.clone(), secret, &options.rewrite)?;
-    let mut seconds = marker.seconds;
+    let mut marked = embedder.mark(options.identity.clone(), secret, &options.rewrite)?;
+    let mut seconds = embedder.seconds;
     seconds.add(marked.report.seconds);
     marked.report.seconds = seconds;
     Ok(marked)
@@ -179,12 +179,12 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
 
 /// An original that is ready for any number of marked copies: the basis is computed once.
 #[derive(Debug)]
-pub struct Marker<'a> {
+pub struct Embedder<'a> {
     original: &'a Document,
     model: Model,
     basis: Basis,
     basis_digest: [u8; 32],
-    fingerprint: Fingerprint,
+    digest: OriginalDigest,
     /// With as many coefficients as the basis has.
     parameters: Parameters,
     /// What the least squares read from noise alone, for ε = 1.
@@ -194,7 +194,7 @@ pub struct Marker<'a> {
     seconds: Stages,
 }
 
-impl<'a> Marker<'a> {
+impl<'a> Embedder<'a> {
     /// Computes the basis. `fewer_if_small` is [`EmbedOptions::fewer_if_small`].
     ///
     /// # Errors
@@ -227,14 +227,14 @@ impl<'a> Marker<'a> {
         drop(progressive);
         let coefficients = basis.functions().len();
         let noise = seconds.time("test", || response_to_noise(&model, &basis))?;
-        let fingerprint = seconds.time("insert", || Fingerprint::of(&original.content()));
+        let digest = seconds.time("insert", || OriginalDigest::of(&original.content()));
         Ok(Self {
             original,
             warnings: warnings(original, &model, wanted.coefficients, coefficients),
             model,
             basis_digest: basis.digest(),
             basis,
-            fingerprint,
+            digest,
             parameters: Parameters { basis: BasisOptions { coefficients, ..wanted }, epsilon },
             noise,
             seconds,
@@ -272,7 +272,7 @@ impl<'a> Marker<'a> {
 
     /// The key of the copy with this identity and secret.
     pub fn key(&self, identity: Identity, secret: Secret) -> Key {
-        Key::with_digest(&self.fingerprint, identity, secret, self.parameters, &self.basis_digest)
+        Key::with_digest(&self.digest, identity, secret, self.parameters, &self.basis_digest)
     }
 
     /// One marked copy, tested.
@@ -328,7 +328,7 @@ impl<'a> Marker<'a> {
     }
 
     fn watermark(&self, identity: &Identity, secret: &Secret) -> Vec<f64> {
-        self.fingerprint.watermark(identity, secret, self.parameters.basis.coefficients)
+        self.digest.watermark(identity, secret, self.parameters.basis.coefficients)
     }
 
     /// log10 p of the paper's test on the stored positions of a copy, as they are and after noise. Least squares are

@@ -7,7 +7,7 @@ mod embed;
 mod info;
 mod model;
 mod original;
-mod prepared_file;
+mod prepared_basis;
 pub mod report;
 mod suspect;
 mod timing;
@@ -15,13 +15,13 @@ mod timing;
 pub use attack::{AttackFileError, AttackedFile, attack};
 pub use compare::{CompareError, Comparison, compare};
 pub use detect::{
-    Alignment, DetectError, DetectOptions, Detection, FLOORS, Keyring, Method, Named, Prepared, Rejected,
-    Step, Test, Trace, Variant, detect,
+    Alignment, DetectError, DetectOptions, Detection, Detector, FLOORS, Method, Named, Rejected, Test, Trace,
+    Tracer, Variant, When, detect,
 };
-pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Marked, Marker, embed};
+pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Embedder, Marked, embed};
 pub use info::{Corners, Info, info};
 pub use model::Model;
-pub use prepared_file::{PreparedFileError, StoredBasis};
+pub use prepared_basis::{PreparedBasis, PreparedBasisError};
 pub use suspect::Suspect;
 pub use timing::Stages;
 

@@ -3,7 +3,7 @@
 
 use crate::detect::DetectError;
 use crate::timing::Stages;
-use crate::{Model, StoredBasis, Suspect};
+use crate::{Model, PreparedBasis, Suspect};
 use nalgebra::Point3;
 use sombrero_basis::Basis;
 use sombrero_extraction::{EstimateError, Extractor};
@@ -32,7 +32,7 @@ impl Original {
     pub(crate) fn new(
         file: &Document,
         parameters: Parameters,
-        stored: Option<StoredBasis>,
+        stored: Option<PreparedBasis>,
     ) -> Result<Self, DetectError> {
         // Timed for those who listen to the events; the caller times the whole.
         let mut seconds = Stages::default();
@@ -41,7 +41,7 @@ impl Original {
             return Err(DetectError::NoFaces { which: "original" });
         }
         let basis = match stored {
-            Some(StoredBasis(basis)) => basis,
+            Some(PreparedBasis(basis)) => basis,
             None => {
                 let mut progressive = seconds.time("conversion", || model.progressive());
                 seconds.time("basis", || model.basis_of(&mut progressive, &parameters.basis))?

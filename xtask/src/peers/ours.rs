@@ -176,7 +176,7 @@ impl Bench<'_> {
         };
         let robust = timed(
             &self.subject("e fit", "robust, surface to surface"),
-            |_| Ok(Extractor::new(&basis, epsilon, &soup)?.from_surface(&suspect, nuisance)?),
+            |_| Ok(Extractor::new(&basis, epsilon, &soup)?.estimate_from_surface(&suspect, nuisance)?),
             |done| {
                 let rho = Correlation::of(&done[0].coefficients, &w)?.rho();
                 Ok([("rms".into(), rms(&done[0].positions).into()), ("rho".into(), rho.into())].into())

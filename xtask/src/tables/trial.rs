@@ -6,7 +6,7 @@ use crate::marked::{Marked, read};
 use serde::{Deserialize, Serialize};
 use sombrero::basis::{BasisFunction, BasisOptions};
 use sombrero::watermark::Parameters;
-use sombrero::{DetectOptions, Step};
+use sombrero::{DetectOptions, When};
 use std::path::Path;
 use std::time::Instant;
 
@@ -56,7 +56,7 @@ impl Subject {
     pub(crate) fn trial(&self, row: &Row) -> anyhow::Result<Trial> {
         let start = Instant::now();
         let attacked = self.marked.attacked(row.attack, self.seed)?;
-        let step = |taken: bool| if taken { Step::Always } else { Step::Never };
+        let step = |taken: bool| if taken { When::Always } else { When::Never };
         let usual = DetectOptions { method: self.method.into(), seed: self.seed, ..DetectOptions::default() };
         let options = match self.method {
             Method::Paper => DetectOptions {

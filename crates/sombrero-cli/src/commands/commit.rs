@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::timestamp::{self, Stamp};
 use crate::{Answer, Context, files};
 use serde::Serialize;
-use sombrero::Prepared;
+use sombrero::Detector;
 use sombrero::io::{Access, Output};
 use sombrero::watermark::Key;
 use sombrero_timestamp::{Token, request};
@@ -47,8 +47,8 @@ pub(crate) fn run(args: &Commit, context: &Context) -> Result<Answer, Failure> {
     let key = files::read_key(&args.key)?;
     let original = files::read_mesh(&args.input, context.limits)?;
     // Nobody shall wait for a timestamp of a key that is of no use.
-    let prepared = Prepared::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
-    let key = prepared.key();
+    let detector = Detector::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
+    let key = detector.key();
     let digest = key.commitment();
     let statement = key.statement();
 

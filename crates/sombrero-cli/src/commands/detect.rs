@@ -10,7 +10,7 @@ use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::mesh::Soup;
 use sombrero::report::{DetectionReport, detection_report};
 use sombrero::watermark::Key;
-use sombrero::{DetectError, DetectOptions, Detection, Prepared, StoredBasis};
+use sombrero::{DetectError, DetectOptions, Detection, Detector, PreparedBasis};
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -30,10 +30,10 @@ struct Report<'a> {
 
 pub(crate) fn run(args: &Detect, context: &Context) -> Result<Outcome, Failure> {
     let beside = files::beside_key(&args.key);
-    let prepared_file = args.prepared.as_deref().unwrap_or(&beside);
+    let prepared_path = args.prepared.as_deref().unwrap_or(&beside);
     let suspects = batch::expand(&args.suspects)?;
     let mut inputs: Vec<&Path> = suspects.iter().map(PathBuf::as_path).collect();
-    inputs.extend([args.original.as_path(), args.key.as_path(), prepared_file]);
+    inputs.extend([args.original.as_path(), args.key.as_path(), prepared_path]);
     let one = batch::is_one(&args.suspects);
     let outputs: Vec<&Path> = args.report.iter().filter(|_| one).map(PathBuf::as_path).collect();
     files::check_outputs(&outputs, &inputs, args.force)?;
@@ -42,11 +42,11 @@ pub(crate) fn run(args: &Detect, context: &Context) -> Result<Outcome, Failure> 
     }
 
     let progress = Progress::new(format!("reading {}", args.original.display()));
-    let looker = Looker::new(args, prepared_file, context.limits)?;
+    let job = Job::new(args, prepared_path, context.limits)?;
     drop(progress);
     match (suspects.as_slice(), &args.report) {
-        ([suspect], report) if one => Ok(Outcome::Answer(looker.look(suspect, report.as_deref())?)),
-        (_, None) => batch::each(&suspects, "suspect", context, |suspect| looker.look(suspect, None)),
+        ([suspect], report) if one => Ok(Outcome::Answer(job.look(suspect, report.as_deref())?)),
+        (_, None) => batch::each(&suspects, "suspect", context, |suspect| job.look(suspect, None)),
         (_, Some(folder)) => {
             files::make_folder(folder)?;
             let mut taken = BTreeSet::new();
@@ -61,17 +61,17 @@ pub(crate) fn run(args: &Detect, context: &Context) -> Result<Outcome, Failure> 
                     return Err(Failure::new("write", message));
                 }
                 files::check_outputs(&[&page], &inputs, args.force)?;
-                looker.look(suspect, Some(&page))
+                job.look(suspect, Some(&page))
             })
         }
     }
 }
 
 /// An original and a key that any number of suspects are held against.
-struct Looker<'a> {
+struct Job<'a> {
     args: &'a Detect,
     limits: Limits,
-    prepared: Prepared,
+    detector: Detector,
     /// Whether the basis came from a prepared file, and what is to be said of it.
     from_file: bool,
     note: Option<String>,
@@ -82,25 +82,25 @@ struct Looker<'a> {
     preparation: f64,
 }
 
-impl<'a> Looker<'a> {
-    fn new(args: &'a Detect, prepared_file: &Path, limits: Limits) -> Result<Self, Failure> {
+impl<'a> Job<'a> {
+    fn new(args: &'a Detect, prepared_path: &Path, limits: Limits) -> Result<Self, Failure> {
         let bytes = files::read_small(&args.key, files::LARGEST_KEY)?;
         let key = files::parse_key(&args.key, &bytes)?;
         let original = files::read_mesh(&args.original, limits)?;
-        let (stored, note) = stored(args, prepared_file, &key, limits)?;
+        let (stored, note) = stored(args, prepared_path, &key, limits)?;
         let from_file = stored.is_some();
         let start = Instant::now();
-        let prepared = match stored {
-            Some(stored) => Prepared::with_stored(&original, key, stored),
-            None => Prepared::new(&original, key),
+        let detector = match stored {
+            Some(stored) => Detector::with_prepared_basis(&original, key, stored),
+            None => Detector::new(&original, key),
         };
-        let prepared = prepared.map_err(|e| failure(args, &args.original, &e))?;
+        let detector = detector.map_err(|e| failure(args, &args.original, &e))?;
         // The key was made for a file with this hash, and that was checked.
-        let original_sha256 = hex::encode(prepared.key().original_sha256);
+        let original_sha256 = hex::encode(detector.key().original_sha256);
         Ok(Self {
             args,
             limits,
-            prepared,
+            detector,
             from_file,
             note,
             confirmed: OnceCell::new(),
@@ -112,15 +112,15 @@ impl<'a> Looker<'a> {
 
     /// Looks at one suspect, and writes its report to `page`.
     fn look(&self, path: &Path, page: Option<&Path>) -> Result<Answer, Failure> {
-        let Self { args, prepared, .. } = self;
+        let Self { args, detector, .. } = self;
         let _progress = Progress::new(format!("looking at {}", path.display()));
         let file = files::read_mesh(path, self.limits)?;
         let evidence = self.evidence(path, &file);
-        let suspect = prepared.suspect(&file);
+        let suspect = detector.suspect(&file);
         // Detection needs the memory.
         drop(file);
         let options = evidence.settings.options();
-        let mut detection = prepared.detect(&suspect, &options).map_err(|e| failure(args, path, &e))?;
+        let mut detection = detector.detect(&suspect, &options).map_err(|e| failure(args, path, &e))?;
         detection.seconds.0.insert(0, ("preparation", self.preparation));
         detection.warnings.extend(self.note.clone());
         if detection.detected && self.from_file {
@@ -128,7 +128,7 @@ impl<'a> Looker<'a> {
         }
         let mut json = json(&detection, self.from_file, &evidence)?;
         if let Some(page) = page {
-            let html = self::page(prepared, &suspect.soup, &detection, &evidence, &json)?;
+            let html = self::page(detector, &suspect.soup, &detection, &evidence, &json)?;
             let output = Output { path: page, bytes: html.as_bytes(), access: Access::Usual };
             files::write_all(&[output], args.force)?;
         }
@@ -149,7 +149,7 @@ impl<'a> Looker<'a> {
                 suspect: FileHash::new(path, &suspect.content()),
                 original: self.original.clone(),
                 key: self.key.clone(),
-                commitment: hex::encode(self.prepared.key().commitment()),
+                commitment: hex::encode(self.detector.key().commitment()),
             },
             settings: Settings { method, registration, resampling, threshold, seed },
         }
@@ -161,7 +161,7 @@ impl<'a> Looker<'a> {
     fn vouch(&self) -> Result<Option<String>, Failure> {
         let Some(path) = &self.args.prepared else {
             if self.confirmed.get().is_none() {
-                self.prepared.confirm().map_err(|e| failure(self.args, &self.args.original, &e))?;
+                self.detector.confirm().map_err(|e| failure(self.args, &self.args.original, &e))?;
             }
             self.confirmed.get_or_init(|| ());
             return Ok(None);
@@ -185,7 +185,7 @@ pub(crate) fn json(
 
 /// The report's page, with its JSON in it; hashes are those of the files as they were read.
 pub(crate) fn page(
-    prepared: &Prepared,
+    detector: &Detector,
     suspect: &Soup,
     detection: &Detection,
     evidence: &Evidence,
@@ -193,8 +193,8 @@ pub(crate) fn page(
 ) -> Result<String, Failure> {
     let input = DetectionReport {
         detection,
-        key: prepared.key(),
-        original: prepared.model(),
+        key: detector.key(),
+        original: detector.model(),
         suspect,
         found: Some(&detection.found),
         original_file: evidence.files.original.label(),
@@ -214,8 +214,8 @@ pub(crate) fn figures(
     key: Key,
     options: &DetectOptions,
 ) -> Result<serde_json::Value, DetectError> {
-    let prepared = Prepared::new(original, key)?;
-    let detection = prepared.detect(&prepared.suspect(suspect), options)?;
+    let detector = Detector::new(original, key)?;
+    let detection = detector.detect(&detector.suspect(suspect), options)?;
     // Only numbers, texts and lists: there is nothing that JSON cannot hold.
     Ok(serde_json::to_value(&detection).unwrap_or_default())
 }
@@ -226,7 +226,7 @@ fn stored(
     path: &Path,
     key: &Key,
     limits: Limits,
-) -> Result<(Option<StoredBasis>, Option<String>), Failure> {
+) -> Result<(Option<PreparedBasis>, Option<String>), Failure> {
     let asked = args.prepared.is_some();
     if !asked && path.symlink_metadata().is_err() {
         return Ok((None, None));

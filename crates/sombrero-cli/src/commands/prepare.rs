@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{Answer, Context, files};
 use serde::Serialize;
-use sombrero::Prepared;
+use sombrero::Detector;
 use sombrero::io::{Access, Output};
 
 #[derive(Serialize)]
@@ -22,15 +22,15 @@ pub(crate) fn run(args: &Prepare, context: &Context) -> Result<Answer, Failure> 
     let _progress = Progress::new(format!("preparing {}", args.original.display()));
     let key = files::read_key(&args.key)?;
     let original = files::read_mesh(&args.original, context.limits)?;
-    let prepared = Prepared::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
-    let bytes = prepared.to_file();
+    let detector = Detector::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
+    let bytes = detector.to_prepared();
     // The basis tells of the original's shape, which is as private as the key.
     let output = Output { path: &path, bytes: &bytes, access: Access::Private };
     files::write_all(&[output], args.force)?;
     let report = Report {
         output: path.display().to_string(),
-        vertices: prepared.basis().vertex_count(),
-        coefficients: prepared.basis().functions().len(),
+        vertices: detector.basis().vertex_count(),
+        coefficients: detector.basis().functions().len(),
         bytes: bytes.len(),
     };
     let text = format!(

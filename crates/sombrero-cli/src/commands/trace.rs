@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::{Answer, Context, files};
 use serde::Serialize;
 use sombrero::watermark::{Key, KeyError};
-use sombrero::{Alignment, DetectError, DetectOptions, Keyring, Named, Stages, Trace};
+use sombrero::{Alignment, DetectError, DetectOptions, Named, Stages, Trace, Tracer};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -63,12 +63,12 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
         DetectError::Threshold { .. } => Failure::new("usage", e.to_string()),
         _ => Failure::about("suspect", &args.suspect, e),
     };
-    let (keyring, rejected) = Keyring::new(&original, keys).map_err(|e| failed(&e))?;
+    let (tracer, rejected) = Tracer::new(&original, keys).map_err(|e| failed(&e))?;
     drop(original);
     skipped.extend(
         rejected.iter().map(|r| Skipped { key: shown(&paths[r.index]), reason: r.reason.to_string() }),
     );
-    if keyring.is_empty() {
+    if tracer.is_empty() {
         return Err(no_keys(&args.keys, &skipped));
     }
     let preparation = ("preparation", start.elapsed().as_secs_f64());
@@ -78,15 +78,15 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
         threshold: args.threshold,
         ..DetectOptions::default()
     };
-    let mut trace = keyring.trace(&suspect, &options).map_err(|e| failed(&e))?;
+    let mut trace = tracer.trace(&suspect, &options).map_err(|e| failed(&e))?;
     trace.seconds.0.insert(0, preparation);
-    let report = report(trace, &keyring, &paths, &recipients, skipped);
+    let report = report(trace, &tracer, &paths, &recipients, skipped);
     Ok(Answer::new(text(args, &report), &report)?.found_if(report.found))
 }
 
 fn report(
     trace: Trace,
-    keyring: &Keyring,
+    tracer: &Tracer,
     paths: &[PathBuf],
     recipients: &[String],
     skipped: Vec<Skipped>,
@@ -102,7 +102,7 @@ fn report(
     Report {
         found: trace.found,
         recipients: trace.recipients.iter().map(recipient).collect(),
-        keys: keyring.len(),
+        keys: tracer.len(),
         threshold: trace.threshold,
         variants_counted: trace.variants_counted,
         coverage: trace.coverage,

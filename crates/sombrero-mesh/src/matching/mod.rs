@@ -39,7 +39,7 @@ const MINOR: usize = 10;
 
 /// One way in which two meshes correspond.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Matching {
+pub struct VertexMatching {
     /// For each vertex of the first mesh the vertex of the second that it is, or `None`. If it is several
     /// vertices there, because a cut goes through it, the one with the smallest index.
     pub of_first: Vec<Option<u32>>,
@@ -56,7 +56,7 @@ pub struct Matching {
 pub struct Matchings {
     /// At most eight different matchings with equally many faces; none when the meshes do not correspond.
     /// More than one if the connectivity cannot tell them apart, as with a regular grid.
-    pub found: Vec<Matching>,
+    pub found: Vec<VertexMatching>,
     /// Whether there may be more that are as good: the ninth was dropped, or the search for others cut short.
     pub truncated: bool,
 }
@@ -300,7 +300,7 @@ impl<'m> Search<'m> {
             let some = |v: u32| (v != NONE).then_some(v);
             let of_second: Vec<_> = assignment.of_b.into_iter().map(some).collect();
             let of_first = inverse(&of_second, first_vertices);
-            Matching { of_first, of_second, faces: assignment.faces, mirrored_faces }
+            VertexMatching { of_first, of_second, faces: assignment.faces, mirrored_faces }
         };
         let found =
             self.assignments.into_iter().filter(|assignment| assignment.faces > 0).map(matching).collect();

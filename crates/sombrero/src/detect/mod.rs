@@ -6,11 +6,11 @@ mod search;
 mod trace;
 
 pub use robust::FLOORS;
-pub use trace::{Keyring, Named, Rejected, Trace};
+pub use trace::{Named, Rejected, Trace, Tracer};
 
 use crate::original::Original;
 use crate::timing::Stages;
-use crate::{Model, StoredBasis, Suspect, prepared_file};
+use crate::{Model, PreparedBasis, Suspect, prepared_basis};
 use nalgebra::{Matrix4, Point3};
 use serde::Serialize;
 use sombrero_basis::{Basis, BasisError};
@@ -19,7 +19,7 @@ use sombrero_io::Document;
 use sombrero_registration::RegistrationError;
 use sombrero_resampling::ResampleError;
 use sombrero_stats::{EllipsoidError, WatermarkTestError};
-use sombrero_watermark::{Fingerprint, Key, Mismatch};
+use sombrero_watermark::{Key, Mismatch, OriginalDigest};
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -48,7 +48,7 @@ impl Method {
 /// When a step of detection is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Step {
+pub enum When {
     /// The robust method takes it as the suspect asks for; the paper's tries with and without, and the better one counts.
     #[default]
     Auto,
@@ -64,10 +64,10 @@ pub struct DetectOptions {
     /// The method.
     pub method: Method,
     /// Whether the suspect is aligned to the original first.
-    pub registration: Step,
+    pub registration: When,
     /// Whether the suspect is resampled to the original's connectivity. The robust method does not resample, but
     /// compares surfaces; `Never` forbids that, and `Always` forbids it to use vertices that correspond.
-    pub resampling: Step,
+    pub resampling: When,
     /// The mark counts as found when the probability of a chance match is at most this. Default 1e-6.
     pub threshold: f64,
     /// Seed of the points that resampling draws on the suspect. Default 0. Whoever tries several seeds and keeps
@@ -79,8 +79,8 @@ impl Default for DetectOptions {
     fn default() -> Self {
         Self {
             method: Method::Robust,
-            registration: Step::Auto,
-            resampling: Step::Auto,
+            registration: When::Auto,
+            resampling: When::Auto,
             threshold: 1e-6,
             seed: 0,
         }
@@ -245,12 +245,12 @@ pub enum DetectError {
 
 /// An original that is ready for any number of suspects.
 #[derive(Debug, Clone)]
-pub struct Prepared {
+pub struct Detector {
     original: Arc<Original>,
     key: Key,
 }
 
-impl Prepared {
+impl Detector {
     /// Checks that `key` is genuine and belongs to `original`, and computes the basis.
     ///
     /// # Errors
@@ -260,17 +260,21 @@ impl Prepared {
     }
 
     /// The same with a basis that was stored, which takes a fraction of the time. What is found is the same, to the
-    /// bit; but see [`Prepared::confirm`].
+    /// bit; but see [`Detector::confirm`].
     ///
     /// # Errors
     /// [`DetectError::Key`] when key, original and basis do not belong together.
-    pub fn with_stored(original: &Document, key: Key, stored: StoredBasis) -> Result<Self, DetectError> {
+    pub fn with_prepared_basis(
+        original: &Document,
+        key: Key,
+        stored: PreparedBasis,
+    ) -> Result<Self, DetectError> {
         Self::with_basis(original, key, Some(stored))
     }
 
-    fn with_basis(original: &Document, key: Key, stored: Option<StoredBasis>) -> Result<Self, DetectError> {
-        let fingerprint = Fingerprint::of(&original.content());
-        key.check_watermark(&fingerprint)?;
+    fn with_basis(original: &Document, key: Key, stored: Option<PreparedBasis>) -> Result<Self, DetectError> {
+        let digest = OriginalDigest::of(&original.content());
+        key.check_watermark(&digest)?;
         let original = Original::new(original, key.parameters, stored)?;
         key.check_basis(&original.basis_digest)?;
         if original.basis.vertex_count() != original.model.soup().points.len() {
@@ -279,13 +283,13 @@ impl Prepared {
         Ok(Self { original: Arc::new(original), key })
     }
 
-    /// The file that [`StoredBasis::parse`] reads. It holds the basis, which follows from the original: it is as
+    /// The file that [`PreparedBasis::parse`] reads. It holds the basis, which follows from the original: it is as
     /// private as that.
-    pub fn to_file(&self) -> Vec<u8> {
-        prepared_file::write(self.basis(), &self.key)
+    pub fn to_prepared(&self) -> Vec<u8> {
+        prepared_basis::write(self.basis(), &self.key)
     }
 
-    /// Derives the basis anew and compares. After [`Prepared::new`] there is nothing to confirm.
+    /// Derives the basis anew and compares. After [`Detector::new`] there is nothing to confirm.
     ///
     /// Whoever wants to deceive can make up a key, and a prepared file with a basis in whose coefficients any suspect
     /// carries the key's mark. So what is found with somebody else's prepared file is worth nothing until this has
@@ -302,12 +306,12 @@ impl Prepared {
     /// The same original with another key. Costs no more than checking the key when its parameters are the same.
     ///
     /// # Errors
-    /// As [`Prepared::new`].
+    /// As [`Detector::new`].
     pub fn for_key(&self, original: &Document, key: Key) -> Result<Self, DetectError> {
         if key.parameters != self.key.parameters {
             return Self::new(original, key);
         }
-        key.check_watermark(&Fingerprint::of(&original.content()))?;
+        key.check_watermark(&OriginalDigest::of(&original.content()))?;
         key.check_basis(&self.original.basis_digest)?;
         Ok(Self { original: Arc::clone(&self.original), key })
     }
@@ -359,7 +363,7 @@ fn rows(matrix: &Matrix4<f64>) -> [[f64; 4]; 4] {
 
 /// Looks for the mark of `key` in `suspect`, given the `original` that was marked.
 ///
-/// For many suspects of one original make a [`Prepared`] once.
+/// For many suspects of one original make a [`Detector`] once.
 ///
 /// # Errors
 /// [`DetectError`] when the three do not belong together or the question cannot be answered.
@@ -370,8 +374,8 @@ pub fn detect(
     options: &DetectOptions,
 ) -> Result<Detection, DetectError> {
     let mut seconds = Stages::default();
-    let prepared = seconds.time("preparation", || Prepared::new(original, key.clone()))?;
-    let mut detection = prepared.detect(&prepared.suspect(suspect), options)?;
+    let detector = seconds.time("preparation", || Detector::new(original, key.clone()))?;
+    let mut detection = detector.detect(&detector.suspect(suspect), options)?;
     seconds.0.append(&mut detection.seconds.0);
     detection.seconds = seconds;
     Ok(detection)

@@ -1,7 +1,7 @@
 //! The paper's method: with and without registration, with and without resampling, and the best counts.
 
 use super::{
-    Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Step, Test, Variant, few, rows,
+    Alignment, DetectError, DetectOptions, Detection, Detector, Method, Test, Variant, When, few, rows,
 };
 use crate::Suspect;
 use crate::timing::Stages;
@@ -15,12 +15,12 @@ use sombrero_resampling::{ResampleOptions, resample};
 use sombrero_stats::{WatermarkTest, WatermarkTestOptions, best_of, watermark_test};
 
 pub(super) fn detect(
-    prepared: &Prepared,
+    detector: &Detector,
     suspect: &Suspect,
     options: &DetectOptions,
 ) -> Result<Detection, DetectError> {
     let plan = plan(options, suspect.correspondence.is_some())?;
-    let mut search = Search::new(prepared, suspect, options);
+    let mut search = Search::new(detector, suspect, options);
     for &(registration, resampling) in &plan {
         search.attempt(registration, resampling)?;
         if search.is_certain(plan.len()) {
@@ -32,11 +32,11 @@ pub(super) fn detect(
 
 /// The variants to try as (registration, resampling), cheapest first.
 fn plan(options: &DetectOptions, corresponds: bool) -> Result<Vec<(bool, bool)>, DetectError> {
-    let choices = |step: Step| -> &[bool] {
+    let choices = |step: When| -> &[bool] {
         match step {
-            Step::Auto => &[false, true],
-            Step::Always => &[true],
-            Step::Never => &[false],
+            When::Auto => &[false, true],
+            When::Always => &[true],
+            When::Never => &[false],
         }
     };
     let resampling = choices(options.resampling).iter().copied().filter(|&yes| yes || corresponds);
@@ -48,7 +48,7 @@ fn plan(options: &DetectOptions, corresponds: bool) -> Result<Vec<(bool, bool)>,
 
 /// One detection under way.
 struct Search<'a> {
-    prepared: &'a Prepared,
+    detector: &'a Detector,
     suspect: &'a Suspect,
     options: &'a DetectOptions,
     /// Computed when the first variant asks for it.
@@ -67,15 +67,15 @@ struct Outcome {
 }
 
 impl<'a> Search<'a> {
-    fn new(prepared: &'a Prepared, suspect: &'a Suspect, options: &'a DetectOptions) -> Self {
+    fn new(detector: &'a Detector, suspect: &'a Suspect, options: &'a DetectOptions) -> Self {
         let (outcomes, seconds, warnings) = (Vec::new(), Stages::default(), Vec::new());
-        Self { prepared, suspect, options, registration: None, outcomes, seconds, warnings }
+        Self { detector, suspect, options, registration: None, outcomes, seconds, warnings }
     }
 
     /// Tries one variant. A step that cannot be done is a warning, unless the user insisted on it.
     fn attempt(&mut self, registration: bool, resampling: bool) -> Result<(), DetectError> {
-        let insisted = (registration && self.options.registration == Step::Always)
-            || (resampling && self.options.resampling == Step::Always);
+        let insisted = (registration && self.options.registration == When::Always)
+            || (resampling && self.options.resampling == When::Always);
         match self.attempt_or_fail(registration, resampling) {
             Err(error @ (DetectError::Registration(_) | DetectError::Resampling(_))) if !insisted => {
                 let sentence = format!("A variant was left out: {error}.");
@@ -94,7 +94,7 @@ impl<'a> Search<'a> {
             Some(known) if !resampling => known.iter().map(|p| p.map(|p| similarity * p)).collect(),
             _ => self.resample(&similarity)?,
         };
-        let (model, basis, key) = (self.prepared.model(), self.prepared.basis(), self.prepared.key());
+        let (model, basis, key) = (self.detector.model(), self.detector.basis(), self.detector.key());
         let points = &model.soup().points;
         let extraction =
             self.seconds.time("extraction", || extract(basis, key.parameters.epsilon, points, &found))?;
@@ -117,10 +117,10 @@ impl<'a> Search<'a> {
         if let Some(known) = &self.registration {
             return Ok(known.reference_from_suspect);
         }
-        let (prepared, suspect) = (self.prepared, &self.suspect.soup);
+        let (detector, suspect) = (self.detector, &self.suspect.soup);
         let found = self.seconds.time("registration", || {
             register(
-                prepared.original.reference()?,
+                detector.original.reference()?,
                 &suspect.points,
                 &suspect.triangles,
                 &RegisterOptions::default(),
@@ -135,7 +135,7 @@ impl<'a> Search<'a> {
         let moved = self.suspect.soup.points.iter().map(|p| similarity * p).collect();
         let suspect = Soup::new(moved, self.suspect.soup.triangles.clone());
         let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
-        let original = self.prepared.model().soup();
+        let original = self.detector.model().soup();
         let resampled = self
             .seconds
             .time("resampling", || resample(original, &suspect, &ResampleOptions::default(), &mut rng))?;
@@ -166,7 +166,7 @@ impl<'a> Search<'a> {
             threshold: self.options.threshold,
             correlation: best.variant.correlation,
             coefficients_used: best.test.used,
-            coverage: self.prepared.original.coverage(&best.found),
+            coverage: self.detector.original.coverage(&best.found),
             method: Method::Paper,
             variant: best.variant,
             variants,

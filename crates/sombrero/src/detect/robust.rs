@@ -2,8 +2,8 @@
 //!
 //! Every test on the way counts as a variant.
 
-use super::search::{Judge, Look, Searched, search};
-use super::{Alignment, DetectError, DetectOptions, Detection, Method, Prepared, Test, Variant, few, rows};
+use super::search::{Hypothesis, KeyTest, SearchOutcome, search};
+use super::{Alignment, DetectError, DetectOptions, Detection, Detector, Method, Test, Variant, few, rows};
 use crate::Suspect;
 use crate::timing::Stages;
 use nalgebra::{Affine3, Point3};
@@ -18,13 +18,13 @@ pub const FLOORS: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 pub(super) const TESTS: usize = 1 + FLOORS.len();
 
 pub(super) fn detect(
-    prepared: &Prepared,
+    detector: &Detector,
     suspect: &Suspect,
     options: &DetectOptions,
 ) -> Result<Detection, DetectError> {
-    let judge = OneKey { watermark: &prepared.key.watermark, best: None, variants: Vec::new() };
-    let Searched { judge, counted, seconds, mut warnings } =
-        search(&prepared.original, suspect, options, judge)?;
+    let judge = OneKey { watermark: &detector.key.watermark, best: None, variants: Vec::new() };
+    let SearchOutcome { judge, counted, seconds, mut warnings } =
+        search(&detector.original, suspect, options, judge)?;
     let OneKey { best: Some(best), variants, .. } = judge else {
         return Err(DetectError::NeedsResampling);
     };
@@ -32,7 +32,7 @@ pub(super) fn detect(
     let Outcome { variant, estimate, pose, used, .. } = best;
     warnings.extend(few(used));
     let found = positions(&estimate);
-    let coverage = prepared.original.coverage(&found);
+    let coverage = detector.original.coverage(&found);
     Ok(Detection {
         detected: p.log10() <= options.threshold.log10(),
         p_value: p.p(),
@@ -85,12 +85,17 @@ struct Outcome {
     pose: Option<Affine3<f64>>,
 }
 
-impl Judge for OneKey<'_> {
+impl KeyTest for OneKey<'_> {
     const TESTS: usize = TESTS;
 
-    fn see(&mut self, look: Look, estimate: &Estimate, seconds: &mut Stages) -> Result<(), DetectError> {
+    fn see(
+        &mut self,
+        hypothesis: Hypothesis,
+        estimate: &Estimate,
+        seconds: &mut Stages,
+    ) -> Result<(), DetectError> {
         let w = self.watermark;
-        let Look { nuisance, resampling, pose } = look;
+        let Hypothesis { nuisance, resampling, pose } = hypothesis;
         let extracted = estimate.known();
         let correlation = watermark_test(w, &extracted, &WatermarkTestOptions::default())?;
         let ellipsoid =

@@ -10,13 +10,13 @@
 //! watermark (Law 1). A judge, who does, is shown each estimate and tells how sure it is, so that the search can end
 //! early; ways not taken count as if they had been.
 
-use super::{DetectError, DetectOptions, Step};
+use super::{DetectError, DetectOptions, When};
 use crate::Suspect;
 use crate::original::Original;
 use crate::timing::Stages;
 use nalgebra::{Affine3, Point3, Similarity3};
 use sombrero_extraction::{Deformation, Estimate, Nuisance};
-use sombrero_mesh::{Matching, Soup, match_connectivity};
+use sombrero_mesh::{Soup, VertexMatching, match_connectivity};
 use sombrero_registration::{RegisterOptions, register, register_affine, similarity_of_pairs};
 use sombrero_stats::{LogProbability, best_of};
 
@@ -46,7 +46,7 @@ const MARGIN: f64 = 54.0;
 
 /// How an estimate came about.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Look {
+pub(super) struct Hypothesis {
     /// What was solved for beside the coefficients.
     pub(super) nuisance: &'static str,
     /// Whether surfaces were compared instead of vertices.
@@ -56,12 +56,17 @@ pub(super) struct Look {
 }
 
 /// Who knows watermarks and compares them with estimates.
-pub(super) trait Judge {
+pub(super) trait KeyTest {
     /// Tests that are made of each estimate.
     const TESTS: usize;
 
     /// Makes them. `seconds` is there to note their time.
-    fn see(&mut self, look: Look, estimate: &Estimate, seconds: &mut Stages) -> Result<(), DetectError>;
+    fn see(
+        &mut self,
+        hypothesis: Hypothesis,
+        estimate: &Estimate,
+        seconds: &mut Stages,
+    ) -> Result<(), DetectError>;
 
     /// The best p so far, counted once.
     fn best(&self) -> Option<LogProbability>;
@@ -73,7 +78,7 @@ pub(super) trait Judge {
 }
 
 /// A search that is over.
-pub(super) struct Searched<J> {
+pub(super) struct SearchOutcome<J> {
     pub(super) judge: J,
     /// Tests that p is corrected for: those made, and those left out because one was certain.
     pub(super) counted: usize,
@@ -82,14 +87,14 @@ pub(super) struct Searched<J> {
 }
 
 /// Shows the judge every estimate there is, until one is certain.
-pub(super) fn search<J: Judge>(
+pub(super) fn search<J: KeyTest>(
     original: &Original,
     suspect: &Suspect,
     options: &DetectOptions,
     judge: J,
-) -> Result<Searched<J>, DetectError> {
+) -> Result<SearchOutcome<J>, DetectError> {
     let mut search = Search::new(original, suspect, options, judge);
-    if options.resampling != Step::Always {
+    if options.resampling != When::Always {
         search.vertices()?;
     }
     if search.possible > 0 && !search.is_certain() {
@@ -111,9 +116,9 @@ struct Search<'a, J> {
     warnings: Vec<String>,
 }
 
-impl<'a, J: Judge> Search<'a, J> {
+impl<'a, J: KeyTest> Search<'a, J> {
     fn new(original: &'a Original, suspect: &'a Suspect, options: &'a DetectOptions, judge: J) -> Self {
-        let possible = if options.resampling == Step::Auto { 2 * MOST_POSES } else { MOST_POSES };
+        let possible = if options.resampling == When::Auto { 2 * MOST_POSES } else { MOST_POSES };
         let (seconds, warnings) = (Stages::default(), Vec::new());
         Self { original, suspect, options, judge, routes: 0, possible, seconds, warnings }
     }
@@ -130,7 +135,7 @@ impl<'a, J: Judge> Search<'a, J> {
             if self.is_certain() {
                 break;
             }
-            let pose = (self.options.registration != Step::Never).then(|| self.pose_of(&found)).flatten();
+            let pose = (self.options.registration != When::Never).then(|| self.pose_of(&found)).flatten();
             if self.rms(&found, &pose.unwrap_or_default()) < CORRESPONDS * self.original.model.largest_side()
             {
                 self.possible = 0;
@@ -141,10 +146,11 @@ impl<'a, J: Judge> Search<'a, J> {
             };
             for nuisance in NUISANCES {
                 let extractor = self.original.extractor()?;
-                let estimate =
-                    self.seconds.time("extraction", || extractor.from_vertices(&placed, nuisance.1))?;
+                let estimate = self
+                    .seconds
+                    .time("extraction", || extractor.estimate_from_vertices(&placed, nuisance.1))?;
                 self.show(
-                    Look { nuisance: nuisance.0, resampling: false, pose: pose.map(affine) },
+                    Hypothesis { nuisance: nuisance.0, resampling: false, pose: pose.map(affine) },
                     &estimate,
                 )?;
                 if self.is_certain() {
@@ -167,7 +173,7 @@ impl<'a, J: Judge> Search<'a, J> {
             )
         });
         let place = |v: Option<u32>| v.and_then(|v| suspect.points.get(v as usize).copied());
-        let places = |m: &Matching| m.of_first.iter().map(|v| place(*v)).collect::<Vec<_>>();
+        let places = |m: &VertexMatching| m.of_first.iter().map(|v| place(*v)).collect::<Vec<_>>();
         let judged = matchings.found.iter().map(places).filter_map(|found| {
             let pose = self.pose_of(&found)?;
             Some((self.rms(&found, &pose), found))
@@ -205,7 +211,7 @@ impl<'a, J: Judge> Search<'a, J> {
         let poses = self.poses()?;
         self.possible -= MOST_POSES;
         self.routes += poses.len();
-        let registration = self.options.registration != Step::Never;
+        let registration = self.options.registration != When::Never;
         let suspects: Vec<Soup> = poses.iter().map(|pose| moved(&self.suspect.soup, pose)).collect();
         for (name, nuisance) in NUISANCES {
             for (pose, suspect) in poses.iter().zip(&suspects) {
@@ -214,9 +220,9 @@ impl<'a, J: Judge> Search<'a, J> {
                 }
                 let extractor = self.original.extractor()?;
                 let estimate =
-                    self.seconds.time("extraction", || extractor.from_surface(suspect, nuisance))?;
+                    self.seconds.time("extraction", || extractor.estimate_from_surface(suspect, nuisance))?;
                 self.show(
-                    Look { nuisance: name, resampling: true, pose: registration.then_some(*pose) },
+                    Hypothesis { nuisance: name, resampling: true, pose: registration.then_some(*pose) },
                     &estimate,
                 )?;
             }
@@ -226,7 +232,7 @@ impl<'a, J: Judge> Search<'a, J> {
 
     /// Every pose that the surfaces cannot tell from the best: similarities, or affine maps where no similarity fits.
     fn poses(&mut self) -> Result<Vec<Affine3<f64>>, DetectError> {
-        if self.options.registration == Step::Never {
+        if self.options.registration == When::Never {
             return Ok(vec![Affine3::identity()]);
         }
         let (original, suspect) = (self.original, &self.suspect.soup);
@@ -236,7 +242,7 @@ impl<'a, J: Judge> Search<'a, J> {
         });
         let similar = match similar {
             Ok(found) => found,
-            Err(error) if self.options.registration == Step::Always => return Err(error.into()),
+            Err(error) if self.options.registration == When::Always => return Err(error.into()),
             Err(error) => {
                 self.warnings
                     .push(format!("The suspect was taken where it is: it cannot be registered: {error}."));
@@ -279,13 +285,13 @@ impl<'a, J: Judge> Search<'a, J> {
             let squares: f64 = some.iter().map(|p| (pose * p - p).norm_squared()).sum();
             (squares / some.len().max(1) as f64).sqrt() > near
         };
-        Ok(self.options.registration == Step::Auto
+        Ok(self.options.registration == When::Auto
             && poses.iter().all(moves)
             && self.original.reference()?.distance(&some) < near)
     }
 
-    fn show(&mut self, look: Look, estimate: &Estimate) -> Result<(), DetectError> {
-        self.judge.see(look, estimate, &mut self.seconds)
+    fn show(&mut self, hypothesis: Hypothesis, estimate: &Estimate) -> Result<(), DetectError> {
+        self.judge.see(hypothesis, estimate, &mut self.seconds)
     }
 
     /// All tests that p is corrected for: of the routes taken, and as long as others may come, of those too.
@@ -299,7 +305,7 @@ impl<'a, J: Judge> Search<'a, J> {
         self.judge.best().is_some_and(|best| best_of(best, self.counted()).log10() <= limit)
     }
 
-    fn finish(mut self) -> Result<Searched<J>, DetectError> {
+    fn finish(mut self) -> Result<SearchOutcome<J>, DetectError> {
         if !self.is_certain() {
             // Nothing else will be tried.
             self.possible = 0;
@@ -311,7 +317,7 @@ impl<'a, J: Judge> Search<'a, J> {
             return Err(DetectError::NothingWorked { reasons: self.warnings.join(" ") });
         }
         let counted = self.counted();
-        Ok(Searched { judge: self.judge, counted, seconds: self.seconds, warnings: self.warnings })
+        Ok(SearchOutcome { judge: self.judge, counted, seconds: self.seconds, warnings: self.warnings })
     }
 }
 

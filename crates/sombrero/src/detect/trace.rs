@@ -6,7 +6,7 @@
 //! counts: the chance to name anyone who had no part is at most p.
 
 use super::robust::{self, FLOORS, alignment, positions};
-use super::search::{Judge, Look, Searched, search};
+use super::search::{Hypothesis, KeyTest, SearchOutcome, search};
 use super::{Alignment, DetectError, DetectOptions};
 use crate::original::Original;
 use crate::timing::Stages;
@@ -16,11 +16,11 @@ use serde::Serialize;
 use sombrero_extraction::Estimate;
 use sombrero_io::Document;
 use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, accuse, best_of, watermark_test};
-use sombrero_watermark::{Fingerprint, Key, Mismatch};
+use sombrero_watermark::{Key, Mismatch, OriginalDigest};
 
 /// An original with all the keys that were made for it.
 #[derive(Debug)]
-pub struct Keyring {
+pub struct Tracer {
     keys: Vec<Key>,
     groups: Vec<Group>,
 }
@@ -29,7 +29,7 @@ pub struct Keyring {
 #[derive(Debug)]
 struct Group {
     original: Original,
-    /// Places in [`Keyring::keys`].
+    /// Places in [`Tracer::keys`].
     keys: Vec<usize>,
 }
 
@@ -68,7 +68,7 @@ pub struct Trace {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Named {
-    /// Its place among the keys that were given to [`Keyring::new`].
+    /// Its place among the keys that were given to [`Tracer::new`].
     pub index: usize,
     /// Whether p is at most the threshold.
     pub named: bool,
@@ -81,16 +81,16 @@ pub struct Named {
     pub beside_others: bool,
 }
 
-impl Keyring {
+impl Tracer {
     /// Checks which keys are genuine and belong to `original`, and computes the basis, once for all keys of equal
     /// parameters. Those that do not belong are given back with the reason.
     ///
     /// # Errors
     /// [`DetectError::NoFaces`] or [`DetectError::Basis`] when the original cannot carry such marks.
     pub fn new(original: &Document, keys: Vec<Key>) -> Result<(Self, Vec<Rejected>), DetectError> {
-        let fingerprint = Fingerprint::of(&original.content());
+        let digest = OriginalDigest::of(&original.content());
         let checked: Vec<Result<(), Mismatch>> =
-            keys.par_iter().map(|key| key.check_watermark(&fingerprint)).collect();
+            keys.par_iter().map(|key| key.check_watermark(&digest)).collect();
         let mut rejected = Vec::new();
         let mut groups: Vec<Group> = Vec::new();
         for (index, (key, checked)) in keys.iter().zip(checked).enumerate() {
@@ -147,7 +147,7 @@ impl Keyring {
             let suspect = group.original.suspect(suspect);
             options.check(&suspect)?;
             let watermarks = group.keys.iter().map(|&i| self.keys[i].watermark.as_slice()).collect();
-            let Searched { judge, counted, seconds, warnings } =
+            let SearchOutcome { judge, counted, seconds, warnings } =
                 search(&group.original, &suspect, options, ManyKeys::new(watermarks))?;
             trace.variants_counted += counted;
             trace.seconds.add(seconds);
@@ -201,11 +201,16 @@ impl<'a> ManyKeys<'a> {
     }
 }
 
-impl Judge for ManyKeys<'_> {
+impl KeyTest for ManyKeys<'_> {
     /// Those of one key, and one beside the others.
     const TESTS: usize = robust::TESTS + 1;
 
-    fn see(&mut self, look: Look, estimate: &Estimate, seconds: &mut Stages) -> Result<(), DetectError> {
+    fn see(
+        &mut self,
+        hypothesis: Hypothesis,
+        estimate: &Estimate,
+        seconds: &mut Stages,
+    ) -> Result<(), DetectError> {
         let extracted = estimate.known();
         let scores = seconds.time("tests", || {
             let ellipsoid = Ellipsoid::new(&estimate.coefficients, &estimate.precision)?;
@@ -231,7 +236,7 @@ impl Judge for ManyKeys<'_> {
         })?;
         let best = scores.iter().map(|score| score.p).fold(LogProbability::ONE, smaller);
         if self.clearest.is_none() || best < self.best {
-            (self.best, self.clearest) = (best, Some((estimate.clone(), look.pose)));
+            (self.best, self.clearest) = (best, Some((estimate.clone(), hypothesis.pose)));
         }
         for (known, score) in self.scores.iter_mut().zip(scores) {
             if score.p < known.p {

@@ -94,19 +94,19 @@ pub enum ReportError {
 /// # Example
 /// ```
 /// use sombrero::report::{DetectionReport, FileLabel, detection_report};
-/// use sombrero::{DetectOptions, EmbedOptions, Prepared, embed};
+/// use sombrero::{DetectOptions, EmbedOptions, Detector, embed};
 /// use sombrero::{io::{Document, Format, encode}, mesh::shapes, watermark::Secret};
 ///
 /// let original = Document::parse(encode(Format::Obj, &shapes::bumpy_sphere(500))?, None)?;
 /// let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default())?;
 /// let suspect = Document::parse(marked.bytes, None)?;
-/// let prepared = Prepared::new(&original, marked.key)?;
-/// let detection = prepared.detect(&prepared.suspect(&suspect), &DetectOptions::default())?;
+/// let detector = Detector::new(&original, marked.key)?;
+/// let detection = detector.detect(&detector.suspect(&suspect), &DetectOptions::default())?;
 ///
 /// let page = detection_report(&DetectionReport {
 ///     detection: &detection,
-///     key: prepared.key(),
-///     original: prepared.model(),
+///     key: detector.key(),
+///     original: detector.model(),
 ///     suspect: &suspect.soup(),
 ///     found: Some(&detection.found),
 ///     original_file: FileLabel { name: "vase.obj", sha256: "…" },

@@ -1,7 +1,7 @@
 //! The page as a whole.
 
 use super::*;
-use crate::{Alignment, DetectOptions, EmbedOptions, Prepared, Step, Test, embed};
+use crate::{Alignment, DetectOptions, Detector, EmbedOptions, Test, When, embed};
 use sombrero_io::{Document, Format, encode};
 use sombrero_mesh::shapes;
 use sombrero_watermark::{Identity, Secret};
@@ -36,12 +36,12 @@ impl Case {
 }
 
 fn detected(suspect: &Document, original: &Document, key: Key) -> Case {
-    let prepared = Prepared::new(original, key).unwrap();
+    let detector = Detector::new(original, key).unwrap();
     let as_it_is =
-        DetectOptions { registration: Step::Never, resampling: Step::Never, ..DetectOptions::default() };
-    let detection = prepared.detect(&prepared.suspect(suspect), &as_it_is).unwrap();
-    let found = prepared.model().points_from_stored(suspect.points()).into_iter().map(Some).collect();
-    let (key, original) = (prepared.key().clone(), prepared.model().clone());
+        DetectOptions { registration: When::Never, resampling: When::Never, ..DetectOptions::default() };
+    let detection = detector.detect(&detector.suspect(suspect), &as_it_is).unwrap();
+    let found = detector.model().points_from_stored(suspect.points()).into_iter().map(Some).collect();
+    let (key, original) = (detector.key().clone(), detector.model().clone());
     Case { detection, key, original, suspect: suspect.soup(), found }
 }
 

@@ -11,7 +11,7 @@ use sombrero::attacks::{Attack, apply_all, noise};
 use sombrero::io::{Access, Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::watermark::{Identity, Secret};
-use sombrero::{Detection, EmbedOptions, Marked, Prepared, Stages, embed};
+use sombrero::{Detection, Detector, EmbedOptions, Marked, Stages, embed};
 use std::path::Path;
 
 /// The attacks of the table.
@@ -43,7 +43,7 @@ pub(super) struct Case {
     pub(super) name: &'static str,
     pub(super) original: Document,
     pub(super) marked: Marked,
-    prepared: Prepared,
+    detector: Detector,
 }
 
 /// A suspect, as the file has it that is written, and what was found in it.
@@ -70,8 +70,8 @@ impl Case {
         let identity = Identity { owner: "the demo".into(), recipient: "nobody".into() };
         let options = EmbedOptions { identity, ..EmbedOptions::default() };
         let marked = embed(&original, Secret(rng.random()), &options).map_err(|e| failed(&e))?;
-        let prepared = Prepared::new(&original, marked.key.clone()).map_err(|e| failed(&e))?;
-        Ok(Self { name, original, marked, prepared })
+        let detector = Detector::new(&original, marked.key.clone()).map_err(|e| failed(&e))?;
+        Ok(Self { name, original, marked, detector })
     }
 
     /// The copy after each attack of the battery, and the original with noise.
@@ -86,7 +86,7 @@ impl Case {
             tried
         });
         let mut tried: Vec<Tried> = attacked.collect::<Result<_, _>>()?;
-        let amplitude = 0.002 * self.prepared.model().largest_side();
+        let amplitude = 0.002 * self.detector.model().largest_side();
         let noisy = noise(self.original.points(), amplitude, &mut ChaCha8Rng::seed_from_u64(1));
         let unmarked = Soup::new(noisy, self.original.triangles().to_vec());
         tried.push(self.look("not marked, noise 0.2 %", false, &unmarked)?);
@@ -101,8 +101,8 @@ impl Case {
         let document =
             Document::parse(encode(self.original.format(), soup)?, None).map_err(|e| self.failed(&e))?;
         let mut detection = self
-            .prepared
-            .detect(&self.prepared.suspect(&document), &Settings::default().options())
+            .detector
+            .detect(&self.detector.suspect(&document), &Settings::default().options())
             .map_err(|e| self.failed(&e))?;
         // One seed, one demo: times would differ from run to run.
         detection.seconds = Stages::default();
@@ -130,9 +130,9 @@ impl Case {
                     },
                     settings: Settings::default(),
                 };
-                let suspect = self.prepared.suspect(&tried.document).soup;
+                let suspect = self.detector.suspect(&tried.document).soup;
                 let json = detect::json(&tried.detection, false, &evidence)?;
-                let page = detect::page(&self.prepared, &suspect, &tried.detection, &evidence, &json)?;
+                let page = detect::page(&self.detector, &suspect, &tried.detection, &evidence, &json)?;
                 files.push(usual(format!("{}-report.html", self.name), page.into_bytes()));
             }
         }

@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use crate::{Answer, Context, Outcome, batch, files};
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use sombrero::watermark::{Fingerprint, Identity, Key, Parameters, Secret};
+use sombrero::watermark::{Identity, Key, OriginalDigest, Parameters, Secret};
 use std::path::{Path, PathBuf};
 
 pub(super) fn run(args: &Embed, folder: &Path, context: &Context) -> Result<Outcome, Failure> {
@@ -43,14 +43,14 @@ fn copy(
     let _progress = Progress::new(format!("marking {}", input.display()));
     let original = files::read_mesh(input, context.limits)?;
     let identity = Identity { owner: args.owner.clone(), recipient: args.recipient.clone() };
-    let fingerprint = Fingerprint::of(&original.content());
-    if !args.force && is_done(args, place, &identity, &fingerprint)? {
+    let digest = OriginalDigest::of(&original.content());
+    if !args.force && is_done(args, place, &identity, &digest)? {
         let [input, output, key] = [input, output, key].map(|path| path.display().to_string());
         let text = format!("kept {output}, which was marked before");
         return Answer::new(text, &json!({ "input": input, "output": output, "key": key, "kept": true }));
     }
     files::check_outputs(&[output, key], &[input], args.force)?;
-    let secret = own_secret(given, &fingerprint, &identity)?;
+    let secret = own_secret(given, &digest, &identity)?;
     let marked = super::mark(args, &original, input, output, secret)?;
     make_folders(folder)?;
     super::write(&marked, &original, place, &[input], args.force, context.limits)?;
@@ -90,7 +90,7 @@ pub(super) fn is_done(
     args: &Embed,
     place: &Place<'_>,
     identity: &Identity,
-    original: &Fingerprint,
+    original: &OriginalDigest,
 ) -> Result<bool, Failure> {
     if !(place.key.exists() && place.output.exists()) {
         return Ok(false);
@@ -126,7 +126,7 @@ fn was_asked_for(args: &Embed, key: &Key) -> bool {
 /// key of one copy tells nothing about those of others.
 pub(super) fn own_secret(
     given: Option<Secret>,
-    original: &Fingerprint,
+    original: &OriginalDigest,
     identity: &Identity,
 ) -> Result<Secret, Failure> {
     let Some(given) = given else { return files::new_secret() };

@@ -8,8 +8,8 @@ use crate::progress::Progress;
 use crate::{Answer, Context, Outcome, files};
 use rayon::prelude::*;
 use serde::Serialize;
-use sombrero::watermark::{Fingerprint, Identity, Secret};
-use sombrero::{EmbedReport, Marker};
+use sombrero::watermark::{Identity, OriginalDigest, Secret};
+use sombrero::{EmbedReport, Embedder};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -69,11 +69,11 @@ pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -
     let rows = read_rows(list)?;
     let keys = make_folders(folder)?;
     let jobs = jobs(args, input, folder, &keys, rows);
-    let fingerprint = Fingerprint::of(&original.content());
+    let digest = OriginalDigest::of(&original.content());
 
     let done = |job: &Job| {
         let place = Place { input, output: &job.output, key: &job.key };
-        if args.force { Ok(false) } else { is_done(args, &place, &job.identity, &fingerprint) }
+        if args.force { Ok(false) } else { is_done(args, &place, &job.identity, &digest) }
     };
     let mut fates: Vec<Option<Fate>> = jobs
         .par_iter()
@@ -86,16 +86,14 @@ pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -
 
     if fates.iter().any(Option::is_none) {
         let failed = |e: &dyn std::error::Error| Failure::about("mesh", input, e);
-        let secrets: Vec<Secret> = jobs
-            .iter()
-            .map(|job| own_secret(given, &fingerprint, &job.identity))
-            .collect::<Result<_, _>>()?;
-        let mut marker = Marker::new(&original, super::parameters(args), args.coefficients.is_none())
+        let secrets: Vec<Secret> =
+            jobs.iter().map(|job| own_secret(given, &digest, &job.identity)).collect::<Result<_, _>>()?;
+        let mut embedder = Embedder::new(&original, super::parameters(args), args.coefficients.is_none())
             .map_err(|e| failed(&e))?;
         if let Some(most) = args.max_displacement {
             let marks = jobs.iter().zip(&secrets).zip(&fates).filter(|(_, fate)| fate.is_none());
             let marks = marks.map(|((job, secret), _)| (&job.identity, secret));
-            marker.limit_displacement(most, marks).map_err(|e| failed(&e))?;
+            embedder.limit_displacement(most, marks).map_err(|e| failed(&e))?;
         }
         let total = fates.iter().filter(|fate| fate.is_none()).count();
         let made = AtomicUsize::new(0);
@@ -103,7 +101,7 @@ pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -
         let mark = |job: &Job, secret: &Secret| {
             let place = Place { input, output: &job.output, key: &job.key };
             files::check_outputs(&[place.output, place.key], &[input, list], args.force)?;
-            let marked = marker
+            let marked = embedder
                 .mark(job.identity.clone(), *secret, &rewrite(args, place.output))
                 .map_err(|e| failed(&e))?;
             super::write(&marked, &original, &place, &[input, list], args.force, context.limits)?;

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::timestamp::{self, Stamp};
 use crate::{Answer, Context, files};
 use serde::Serialize;
-use sombrero::Prepared;
+use sombrero::Detector;
 use sombrero::watermark::Key;
 
 #[derive(Serialize)]
@@ -34,8 +34,8 @@ pub(super) fn check(args: &Verify, bytes: &[u8], context: &Context) -> Result<An
     files::check_outputs(&[], &[path, original], false)?;
     let anchors = timestamp::anchors(args.ca.as_deref())?;
     let document = files::read_mesh(original, context.limits)?;
-    let prepared = Prepared::new(&document, key).map_err(|e| Failure::about("key", path, &e))?;
-    let key = prepared.key();
+    let detector = Detector::new(&document, key).map_err(|e| Failure::about("key", path, &e))?;
+    let key = detector.key();
     let stamp = timestamp::of_key(path, key, &anchors)?;
     let report = Report {
         genuine: true,

@@ -30,7 +30,7 @@ const ENTRY: usize = 12;
 /// Why a file is no prepared file that fits a key.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
-pub enum PreparedFileError {
+pub enum PreparedBasisError {
     /// It is something else.
     #[error("not a prepared file; make one with `sombrero prepare`")]
     Foreign,
@@ -52,33 +52,33 @@ pub enum PreparedFileError {
 /// A basis as a prepared file has it: the one whose hash stands in the key.
 ///
 /// That hash is all that vouches for it. For a key of one's own this is enough: nobody else can change what
-/// [`Prepared::detect`](crate::Prepared::detect) says. Whoever makes a *key* to deceive can make a prepared file to
-/// match, though, with any basis they like: see [`Prepared::confirm`](crate::Prepared::confirm).
+/// [`Detector::detect`](crate::Detector::detect) says. Whoever makes a *key* to deceive can make a prepared file to
+/// match, though, with any basis they like: see [`Detector::confirm`](crate::Detector::confirm).
 #[derive(Debug, Clone, PartialEq)]
-pub struct StoredBasis(pub(crate) Basis);
+pub struct PreparedBasis(pub(crate) Basis);
 
-impl StoredBasis {
-    /// Reads what [`Prepared::to_file`](crate::Prepared::to_file) made for this `key`. Any bytes are a basis or an
+impl PreparedBasis {
+    /// Reads what [`Detector::to_prepared`](crate::Detector::to_prepared) made for this `key`. Any bytes are a basis or an
     /// error, and memory use stays within a small multiple of their number.
     ///
     /// # Errors
-    /// [`PreparedFileError`] when the file is damaged or belongs to something else.
-    pub fn parse(file: &[u8], key: &Key) -> Result<Self, PreparedFileError> {
+    /// [`PreparedBasisError`] when the file is damaged or belongs to something else.
+    pub fn parse(file: &[u8], key: &Key) -> Result<Self, PreparedBasisError> {
         let family = file.starts_with(FAMILY);
         if !file.starts_with(MAGIC) {
-            return Err(if family { PreparedFileError::Version } else { PreparedFileError::Foreign });
+            return Err(if family { PreparedBasisError::Version } else { PreparedBasisError::Foreign });
         }
-        let (content, hash) = file.split_last_chunk::<32>().ok_or(PreparedFileError::Damaged)?;
+        let (content, hash) = file.split_last_chunk::<32>().ok_or(PreparedBasisError::Damaged)?;
         if Sha256::digest(content).as_slice() != hash {
-            return Err(PreparedFileError::Damaged);
+            return Err(PreparedBasisError::Damaged);
         }
-        let mut rest = Bytes(content.get(MAGIC.len()..).ok_or(PreparedFileError::Damaged)?);
+        let mut rest = Bytes(content.get(MAGIC.len()..).ok_or(PreparedBasisError::Damaged)?);
         if rest.array::<32>() != Some(identity(key)) {
-            return Err(PreparedFileError::Unrelated);
+            return Err(PreparedBasisError::Unrelated);
         }
-        let basis = basis(rest).ok_or(PreparedFileError::Damaged)?;
+        let basis = basis(rest).ok_or(PreparedBasisError::Damaged)?;
         let fits = basis.functions().len() == key.watermark.len() && key.check_basis(&basis.digest()).is_ok();
-        if fits { Ok(Self(basis)) } else { Err(PreparedFileError::Unrelated) }
+        if fits { Ok(Self(basis)) } else { Err(PreparedBasisError::Unrelated) }
     }
 }
 
@@ -179,25 +179,25 @@ impl<'a> Bytes<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DetectError, DetectOptions, EmbedOptions, Method, Prepared, embed};
+    use crate::{DetectError, DetectOptions, Detector, EmbedOptions, Method, embed};
     use nalgebra::{Point3, Vector3};
     use proptest::prelude::*;
     use sombrero_io::{Document, Format, encode};
     use sombrero_mesh::shapes;
-    use sombrero_watermark::{Fingerprint, Mismatch, Preset, Secret};
+    use sombrero_watermark::{Mismatch, OriginalDigest, Preset, Secret};
     use std::sync::LazyLock;
 
-    static MADE: LazyLock<(Prepared, Vec<u8>)> = LazyLock::new(|| made(1, Preset::Robust));
+    static MADE: LazyLock<(Detector, Vec<u8>)> = LazyLock::new(|| made(1, Preset::Robust));
 
-    fn made(secret: u8, preset: Preset) -> (Prepared, Vec<u8>) {
+    fn made(secret: u8, preset: Preset) -> (Detector, Vec<u8>) {
         let file = encode(Format::Obj, &shapes::bumpy_sphere(400)).unwrap();
         let original = Document::parse(file, None).unwrap();
         let options =
             EmbedOptions { parameters: preset.parameters(), fewer_if_small: true, ..EmbedOptions::default() };
         let key = embed(&original, Secret([secret; 32]), &options).unwrap().key;
-        let prepared = Prepared::new(&original, key).unwrap();
-        let file = prepared.to_file();
-        (prepared, file)
+        let detector = Detector::new(&original, key).unwrap();
+        let file = detector.to_prepared();
+        (detector, file)
     }
 
     /// With the hash that these bytes have to end in.
@@ -213,18 +213,18 @@ mod tests {
 
     #[test]
     fn a_basis_survives_its_file_to_the_bit() {
-        let (prepared, file) = &*MADE;
-        let stored = StoredBasis::parse(file, prepared.key()).unwrap();
-        assert_eq!(&stored.0, prepared.basis());
-        assert_eq!(stored.0.digest(), prepared.basis().digest());
+        let (detector, file) = &*MADE;
+        let stored = PreparedBasis::parse(file, detector.key()).unwrap();
+        assert_eq!(&stored.0, detector.basis());
+        assert_eq!(stored.0.digest(), detector.basis().digest());
     }
 
     #[test]
     fn the_file_serves_all_keys_of_the_same_basis_and_no_others() {
         let (other, _) = made(2, Preset::Robust);
-        assert!(StoredBasis::parse(&MADE.1, other.key()).is_ok());
+        assert!(PreparedBasis::parse(&MADE.1, other.key()).is_ok());
         let (paper, _) = made(1, Preset::Paper);
-        assert_eq!(StoredBasis::parse(&MADE.1, paper.key()), Err(PreparedFileError::Unrelated));
+        assert_eq!(PreparedBasis::parse(&MADE.1, paper.key()), Err(PreparedBasisError::Unrelated));
     }
 
     #[test]
@@ -232,7 +232,7 @@ mod tests {
         let refused = |edit: fn(&mut Key)| {
             let mut key = MADE.0.key().clone();
             edit(&mut key);
-            assert_eq!(StoredBasis::parse(&MADE.1, &key), Err(PreparedFileError::Unrelated));
+            assert_eq!(PreparedBasis::parse(&MADE.1, &key), Err(PreparedBasisError::Unrelated));
         };
         refused(|key| key.parameters.epsilon *= 2.0);
         refused(|key| key.parameters.basis.coefficients -= 1);
@@ -245,12 +245,12 @@ mod tests {
 
     #[test]
     fn other_files_are_told_apart() {
-        let parse = |file: &[u8]| StoredBasis::parse(file, MADE.0.key()).unwrap_err();
-        assert_eq!(parse(b""), PreparedFileError::Foreign);
-        assert_eq!(parse(b"{\"format\": \"sombrero-key\"}"), PreparedFileError::Foreign);
-        assert_eq!(parse(b"sombrero prepared 2\n"), PreparedFileError::Version);
-        assert_eq!(parse(MAGIC), PreparedFileError::Damaged);
-        assert_eq!(parse(&sealed(MAGIC.to_vec())), PreparedFileError::Unrelated);
+        let parse = |file: &[u8]| PreparedBasis::parse(file, MADE.0.key()).unwrap_err();
+        assert_eq!(parse(b""), PreparedBasisError::Foreign);
+        assert_eq!(parse(b"{\"format\": \"sombrero-key\"}"), PreparedBasisError::Foreign);
+        assert_eq!(parse(b"sombrero prepared 2\n"), PreparedBasisError::Version);
+        assert_eq!(parse(MAGIC), PreparedBasisError::Damaged);
+        assert_eq!(parse(&sealed(MAGIC.to_vec())), PreparedBasisError::Unrelated);
     }
 
     #[test]
@@ -259,8 +259,8 @@ mod tests {
         let last = forged.len() - 1;
         // The sign of a value.
         forged[last] ^= 0x80;
-        let parsed = StoredBasis::parse(&sealed(forged), MADE.0.key());
-        assert_eq!(parsed, Err(PreparedFileError::Unrelated));
+        let parsed = PreparedBasis::parse(&sealed(forged), MADE.0.key());
+        assert_eq!(parsed, Err(PreparedBasisError::Unrelated));
     }
 
     /// Why a prepared file of somebody else has to be confirmed: with the signs of the functions chosen to suit, any
@@ -269,27 +269,27 @@ mod tests {
     fn whoever_makes_up_key_and_file_is_found_out_by_confirming() {
         let file = encode(Format::Obj, &shapes::bumpy_sphere(400)).unwrap();
         let original = Document::parse(file, None).unwrap();
-        let (prepared, _) = &*MADE;
-        let (key, points) = (prepared.key(), &prepared.model().soup().points);
+        let (detector, _) = &*MADE;
+        let (key, points) = (detector.key(), &detector.model().soup().points);
         let bump = |p: &Point3<f64>| p + 1e-3 * Vector3::new((9.0 * p.y).sin(), (7.0 * p.z).cos(), p.x * p.y);
         let unmarked: Vec<_> = points.iter().map(bump).collect();
         let suspect = Document::parse(original.with_points(&unmarked).unwrap(), None).unwrap();
         let options = DetectOptions { method: Method::Paper, ..DetectOptions::default() };
-        let look = |prepared: &Prepared| prepared.detect(&prepared.suspect(&suspect), &options).unwrap();
-        let honest = look(prepared);
+        let look = |detector: &Detector| detector.detect(&detector.suspect(&suspect), &options).unwrap();
+        let honest = look(detector);
         assert!(!honest.detected);
 
         let suits =
             |(w, found): (&f64, &Option<f64>)| if w * found.unwrap_or(0.0) < 0.0 { -1.0 } else { 1.0 };
         let signs: Vec<f64> = key.watermark.iter().zip(&honest.extracted).map(suits).collect();
-        let basis = turned(prepared.basis(), &signs);
-        let content = Fingerprint::of(&original.content());
+        let basis = turned(detector.basis(), &signs);
+        let content = OriginalDigest::of(&original.content());
         let forged = Key::new(&content, key.identity.clone(), key.secret, &key.parameters, &basis);
-        let stored = StoredBasis::parse(&write(&basis, &forged), &forged).unwrap();
-        let deceived = Prepared::with_stored(&original, forged, stored).unwrap();
+        let stored = PreparedBasis::parse(&write(&basis, &forged), &forged).unwrap();
+        let deceived = Detector::with_prepared_basis(&original, forged, stored).unwrap();
         assert!(look(&deceived).detected);
         assert!(matches!(deceived.confirm(), Err(DetectError::Key(Mismatch::Basis))));
-        assert!(prepared.confirm().is_ok());
+        assert!(detector.confirm().is_ok());
     }
 
     fn turned(basis: &Basis, signs: &[f64]) -> Basis {
@@ -307,7 +307,7 @@ mod tests {
             for size in [0, 1, u64::MAX, u64::MAX / 60, 1 << 40] {
                 let mut forged = content();
                 forged[place..place + 8].copy_from_slice(&size.to_le_bytes());
-                assert!(StoredBasis::parse(&sealed(forged), MADE.0.key()).is_err(), "{size} at {place}");
+                assert!(PreparedBasis::parse(&sealed(forged), MADE.0.key()).is_err(), "{size} at {place}");
             }
         }
     }
@@ -317,14 +317,14 @@ mod tests {
         fn changed_bytes_are_damage(place in any::<prop::sample::Index>(), change in 1u8..) {
             let mut file = MADE.1.clone();
             *place.get_mut(&mut file) ^= change;
-            prop_assert!(StoredBasis::parse(&file, MADE.0.key()).is_err());
+            prop_assert!(PreparedBasis::parse(&file, MADE.0.key()).is_err());
         }
 
         #[test]
         fn a_part_of_the_file_is_damage(end in any::<prop::sample::Index>(), hashed: bool) {
             let end = end.index(content().len());
             let part = if hashed { sealed(content()[..end].to_vec()) } else { MADE.1[..end].to_vec() };
-            prop_assert!(StoredBasis::parse(&part, MADE.0.key()).is_err());
+            prop_assert!(PreparedBasis::parse(&part, MADE.0.key()).is_err());
         }
 
         /// Most changes are near the start, where the sizes are, and the hash fits the changed bytes.
@@ -341,7 +341,7 @@ mod tests {
             if let Some(cut) = cut {
                 forged.truncate(forged.len().saturating_sub(cut));
             }
-            let parsed = StoredBasis::parse(&sealed(forged), MADE.0.key());
+            let parsed = PreparedBasis::parse(&sealed(forged), MADE.0.key());
             prop_assert!(parsed.is_err() || parsed.is_ok_and(|s| s.0.digest() == MADE.0.basis().digest()));
         }
 
@@ -351,7 +351,7 @@ mod tests {
             file.extend(identity(MADE.0.key()));
             file.extend(bytes);
             let file = if hashed { sealed(file) } else { file };
-            prop_assert!(StoredBasis::parse(&file, MADE.0.key()).is_err());
+            prop_assert!(PreparedBasis::parse(&file, MADE.0.key()).is_err());
         }
     }
 }
