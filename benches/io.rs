@@ -2,7 +2,7 @@
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use sombrero::io::{Document, Format, encode};
-use sombrero::mesh::shapes;
+use sombrero::shapes;
 use std::hint::black_box;
 
 fn formats(criterion: &mut Criterion) {

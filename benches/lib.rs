@@ -8,7 +8,8 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput};
 use sombrero::Model;
 use sombrero::io::Document;
-use sombrero::mesh::{Soup, shapes};
+use sombrero::mesh::Soup;
+use sombrero::shapes;
 use std::path::Path;
 use std::time::Duration;
 

@@ -7,7 +7,8 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use sombrero::basis::BasisFunction;
 use sombrero::io::{Document, Format, encode};
-use sombrero::mesh::{Soup, shapes};
+use sombrero::mesh::Soup;
+use sombrero::shapes;
 use sombrero::watermark::Key;
 use sombrero::{Detector, EmbedOptions, embed};
 use sombrero_tests::{

@@ -7,7 +7,7 @@
 
 use serde_json::{Value, json};
 use sombrero::io::{Format, encode};
-use sombrero::mesh::shapes;
+use sombrero::shapes;
 use sombrero_tests::Workshop;
 use std::io::Write;
 use std::os::unix::fs::symlink;

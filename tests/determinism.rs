@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::Attack;
 use sombrero::basis::{BasisFunction, BasisOptions};
 use sombrero::io::{Document, Format};
-use sombrero::mesh::shapes;
+use sombrero::shapes;
 use sombrero::watermark::Preset;
 use sombrero::{DetectOptions, Model, attack, detect};
 use sombrero_tests::{Workshop, as_it_is, document, groups, marked, ring, samples};

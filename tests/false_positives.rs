@@ -9,7 +9,7 @@ use sombrero::Detector;
 use sombrero::attacks::apply_all;
 use sombrero::extraction::{Deformation, Extractor, Nuisance};
 use sombrero::io::{Document, Format};
-use sombrero::mesh::shapes;
+use sombrero::shapes;
 use sombrero::stats::{Ellipsoid, WatermarkTestOptions, watermark_test, wilson_interval};
 use sombrero::watermark::{Identity, Preset, Secret, watermark};
 use sombrero_tests::{document, marked_by, test_known};

@@ -4,7 +4,7 @@
 #![cfg(unix)]
 
 use sombrero::io::{Document, Format, encode};
-use sombrero::mesh::shapes;
+use sombrero::shapes;
 use sombrero_tests::{Workshop, obj, ring, separate_gltf};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_sombrero-under-test");

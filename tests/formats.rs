@@ -4,7 +4,8 @@
 
 use nalgebra::{Point3, Vector3};
 use sombrero::io::{Document, Format, Rewrite, encode};
-use sombrero::mesh::{Soup, shapes};
+use sombrero::mesh::Soup;
+use sombrero::shapes;
 use sombrero::watermark::Secret;
 use sombrero::{DetectOptions, Detector, EmbedOptions, detect, embed, info};
 use sombrero_tests::{as_it_is, document, groups, joined, mapped, marked, ring, samples, wavy};

@@ -1,7 +1,8 @@
 //! Groups of meshes: one of each kind that a mark has to live on.
 
 use nalgebra::{Point3, Vector3};
-use sombrero::mesh::{Soup, shapes};
+use sombrero::mesh::Soup;
+use sombrero::shapes;
 
 /// A mesh of every kind, with 1000 to 3000 vertices each.
 pub fn groups() -> Vec<(&'static str, Soup)> {

@@ -5,7 +5,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero::io::{Document, Format};
-use sombrero::mesh::shapes;
+use sombrero::shapes;
 use sombrero::{DetectOptions, Detection, Detector, Method, PreparedBasis, Stages, attack};
 use sombrero_tests::{document, groups, marked};
 

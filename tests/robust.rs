@@ -7,7 +7,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Attack, apply_all};
 use sombrero::io::{Document, Format};
-use sombrero::mesh::{Soup, shapes};
+use sombrero::mesh::Soup;
+use sombrero::shapes;
 use sombrero::{DetectOptions, Detection, Detector, Method};
 use sombrero_tests::{document, joined, mapped, marked};
 

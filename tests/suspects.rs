@@ -6,7 +6,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Attack, apply_all};
 use sombrero::io::{Document, Format, encode};
-use sombrero::mesh::{Soup, shapes};
+use sombrero::mesh::Soup;
+use sombrero::shapes;
 use sombrero::watermark::Secret;
 use sombrero::{DetectError, DetectOptions, Detection, Detector, EmbedOptions, embed};
 

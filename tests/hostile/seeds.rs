@@ -3,7 +3,8 @@
 use super::Target;
 use crate::containers::{self, embedded, glb};
 use sombrero::io::{Format, encode};
-use sombrero::mesh::{Soup, shapes};
+use sombrero::mesh::Soup;
+use sombrero::shapes;
 use sombrero::watermark::{Identity, Secret};
 use sombrero::{EmbedOptions, embed};
 

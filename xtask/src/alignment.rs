@@ -14,10 +14,11 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sombrero::attacks::{Attack, apply};
 use sombrero::io::Document;
-use sombrero::mesh::{Soup, shapes};
+use sombrero::mesh::Soup;
 use sombrero::registration::{
     AffinePose, AffineRegistration, Reference, RegisterOptions, Registration, register, register_affine,
 };
+use sombrero::shapes;
 use sombrero::spatial::Surface;
 use sombrero::stats::median;
 use std::fmt::Write as _;

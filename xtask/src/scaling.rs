@@ -6,7 +6,7 @@ use anyhow::Context;
 use plotters::prelude::SeriesLabelPosition;
 use serde::Serialize;
 use sombrero::io::{Format, encode};
-use sombrero::mesh::shapes;
+use sombrero::shapes;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

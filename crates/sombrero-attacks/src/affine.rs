@@ -48,7 +48,7 @@ mod tests {
     use proptest::prelude::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     proptest! {
         #[test]

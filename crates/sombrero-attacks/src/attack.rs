@@ -240,7 +240,8 @@ mod tests {
     use proptest::prelude::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use sombrero_mesh::{repair, shapes};
+    use sombrero_mesh::repair;
+    use sombrero_shapes as shapes;
 
     fn battery() -> Vec<Attack> {
         let specs = "none reorder noise:amplitude=0.01 smooth transform simplify:ratio=0.5 watermark crop:fraction=0.333 \

@@ -54,7 +54,7 @@ pub(crate) fn compacted(soup: Soup) -> Attacked {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn a_share_of_the_vertices_is_gone() {

@@ -85,7 +85,7 @@ mod tests {
     use proptest::prelude::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(32))]

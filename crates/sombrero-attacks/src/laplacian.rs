@@ -37,7 +37,7 @@ pub fn laplacian(soup: &Soup, smoothing: &Laplacian) -> Result<Vec<Point3<f64>>,
 mod tests {
     use super::*;
     use crate::smooth::{Smoothing, smooth};
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn it_shrinks_where_taubin_does_not() {

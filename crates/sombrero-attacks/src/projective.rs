@@ -44,7 +44,8 @@ mod tests {
     use proptest::prelude::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use sombrero_mesh::{geometry, repair, shapes};
+    use sombrero_mesh::{geometry, repair};
+    use sombrero_shapes as shapes;
 
     /// The cube and a fourth point on the plane and a third on the line of others.
     fn probe() -> Soup {

@@ -34,7 +34,7 @@ pub fn quantize(soup: &Soup, bits: u32) -> Result<Vec<Point3<f64>>, AttackError>
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     proptest! {
         #[test]

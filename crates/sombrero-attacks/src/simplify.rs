@@ -145,7 +145,8 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::{shapes, topology};
+    use sombrero_mesh::topology;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn a_sphere_stays_a_sphere() {

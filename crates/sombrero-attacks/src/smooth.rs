@@ -43,7 +43,7 @@ mod tests {
     use super::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn noise_goes_and_the_sphere_stays() {

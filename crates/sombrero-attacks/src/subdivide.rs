@@ -154,7 +154,8 @@ fn beta(n: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::{geometry, repair, shapes, topology};
+    use sombrero_mesh::{geometry, repair, topology};
+    use sombrero_shapes as shapes;
     use sombrero_spatial::{DistanceOptions, compare};
 
     fn by(soup: &Soup, scheme: Scheme, iterations: u32) -> Attacked {

@@ -78,7 +78,7 @@ mod tests {
     use nalgebra::Point3;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     fn centre_of(points: &[Point3<f64>]) -> Point3<f64> {
         Point3::from(points.iter().map(|p| p.coords).sum::<nalgebra::Vector3<f64>>() / points.len() as f64)

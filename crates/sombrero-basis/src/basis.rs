@@ -321,7 +321,8 @@ mod tests {
     use super::*;
     use crate::support::outlines;
     use proptest::prelude::*;
-    use sombrero_mesh::{Soup, repair, shapes};
+    use sombrero_mesh::{Soup, repair};
+    use sombrero_shapes as shapes;
 
     fn surfaces() -> impl Strategy<Value = Soup> {
         prop_oneof![

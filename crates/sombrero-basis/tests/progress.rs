@@ -2,9 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use sombrero_basis::{Basis, BasisOptions};
-use sombrero_mesh::{repair, shapes};
+use sombrero_mesh::repair;
 use sombrero_progress::heard;
 use sombrero_progressive::ProgressiveMesh;
+use sombrero_shapes as shapes;
 
 #[test]
 fn a_basis_says_how_far_it_is() {

@@ -197,8 +197,9 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use sombrero_basis::BasisOptions;
-    use sombrero_mesh::{repair, shapes};
+    use sombrero_mesh::repair;
     use sombrero_progressive::ProgressiveMesh;
+    use sombrero_shapes as shapes;
 
     fn case(coefficients: usize) -> (Basis, Vec<Point3<f64>>) {
         let made = repair(&shapes::bumpy_sphere(1500));

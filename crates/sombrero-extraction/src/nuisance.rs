@@ -187,7 +187,7 @@ fn legendre(x: f64) -> [f64; 4] {
 mod tests {
     use super::*;
     use crate::smoothing;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     const ALL: [(Deformation, usize); 5] = [
         (Deformation::Similarity, 7),

@@ -38,7 +38,7 @@ pub(crate) fn modes(original: &Soup) -> Vec<Vec<Vector3<f64>>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn stronger_smoothing_moves_further_and_inwards() {

@@ -3,9 +3,10 @@
 
 use sombrero_basis::{Basis, BasisOptions};
 use sombrero_extraction::{Deformation, Extractor, Nuisance};
-use sombrero_mesh::{Soup, repair, shapes};
+use sombrero_mesh::{Soup, repair};
 use sombrero_progress::heard;
 use sombrero_progressive::ProgressiveMesh;
+use sombrero_shapes as shapes;
 
 #[test]
 fn an_extraction_says_how_far_it_is() {

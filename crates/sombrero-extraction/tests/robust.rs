@@ -8,8 +8,9 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sombrero_basis::{Basis, BasisOptions};
 use sombrero_extraction::{Deformation, Estimate, EstimateError, Extractor, Nuisance, extract};
-use sombrero_mesh::{Soup, repair, shapes};
+use sombrero_mesh::{Soup, repair};
 use sombrero_progressive::ProgressiveMesh;
+use sombrero_shapes as shapes;
 
 const EPSILON: f64 = 0.01;
 const NOTHING: Nuisance = Nuisance { deformation: Deformation::Similarity, smoothing: false };

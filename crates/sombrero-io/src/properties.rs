@@ -129,7 +129,7 @@ fn any_mesh() -> impl Strategy<Value = (Format, Soup, Vec<Point3<f64>>)> {
 
 #[test]
 fn the_limit_of_vertices_is_exact_in_every_format() {
-    let soup = sombrero_mesh::shapes::tetrahedron();
+    let soup = sombrero_shapes::tetrahedron();
     for (format, extension) in FORMATS {
         let bytes = encode(format, &soup).unwrap();
         let count = Document::parse(bytes.clone(), Some(extension)).unwrap().points().len();

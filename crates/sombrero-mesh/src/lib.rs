@@ -12,7 +12,6 @@ mod weld;
 
 pub mod geometry;
 pub mod repair;
-pub mod shapes;
 pub mod topology;
 
 pub use collapse::{Collapse, CollapseError};

@@ -294,8 +294,9 @@ fn vertices(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Vertex> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::{repair, shapes};
+    use sombrero_mesh::repair;
     use sombrero_progress::heard;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn a_conversion_says_how_far_it_is() {

@@ -125,7 +125,8 @@ impl ProgressiveMesh {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use sombrero_mesh::{repair, shapes, topology};
+    use sombrero_mesh::{repair, topology};
+    use sombrero_shapes as shapes;
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(16))]

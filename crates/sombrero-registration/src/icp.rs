@@ -299,7 +299,8 @@ mod tests {
     use super::*;
     use nalgebra::{Translation3, Vector3};
     use proptest::prelude::*;
-    use sombrero_mesh::{Soup, shapes};
+    use sombrero_mesh::Soup;
+    use sombrero_shapes as shapes;
 
     /// Turned by `degrees` about an axis through the centre, shifted by 3 % of the size, 5 % larger.
     fn rough(soup: &Soup, axis: Vector3<f64>, degrees: f64) -> Similarity3<f64> {

@@ -61,7 +61,7 @@ mod tests {
     use crate::error::Side;
     use crate::sample::samples;
     use crate::shape::Shape;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn affine_images_differ_by_a_rotation() {

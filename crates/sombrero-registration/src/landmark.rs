@@ -217,7 +217,7 @@ mod tests {
     use super::*;
     use crate::error::Side;
     use nalgebra::Similarity3;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn the_same_in_every_pose_and_tessellation() {

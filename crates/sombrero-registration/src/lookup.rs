@@ -127,7 +127,7 @@ fn earlier(at: [usize; 3], counts: [usize; 3], forwards: bool) -> impl Iterator<
 mod tests {
     use super::*;
     use crate::error::Side;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn nearly_the_nearest_everywhere() {

@@ -62,7 +62,7 @@ fn principal(covariance: Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn a_cube_is_known() {

@@ -40,7 +40,8 @@ fn sign(shape: &Shape) -> Option<bool> {
 mod tests {
     use super::*;
     use crate::error::Side;
-    use sombrero_mesh::{Soup, shapes};
+    use sombrero_mesh::Soup;
+    use sombrero_shapes as shapes;
 
     fn shape(soup: &Soup) -> Shape {
         Shape::new(Side::Reference, &soup.points, &soup.triangles).unwrap()

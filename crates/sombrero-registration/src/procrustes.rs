@@ -45,7 +45,7 @@ pub fn similarity_of_pairs(pairs: &[(Point3<f64>, Point3<f64>)]) -> Option<Simil
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     proptest! {
         #[test]

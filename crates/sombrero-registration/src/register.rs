@@ -231,7 +231,8 @@ mod tests {
     use proptest::prelude::*;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
-    use sombrero_mesh::{Soup, shapes};
+    use sombrero_mesh::Soup;
+    use sombrero_shapes as shapes;
 
     /// Any rotation, scales from 0.1 to 10, shifts of several sizes.
     fn any_similarity() -> impl Strategy<Value = Similarity3<f64>> {

@@ -52,7 +52,7 @@ pub(crate) fn scattered(shape: &Shape, count: usize, orientation: f64) -> Vec<Sa
 mod tests {
     use super::*;
     use crate::error::Side;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn samples_have_the_moments_of_the_surface() {

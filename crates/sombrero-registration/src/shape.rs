@@ -220,7 +220,7 @@ fn similarity(shift: Vector3<f64>, rotation: UnitQuaternion<f64>, scale: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn only_the_rim_of_a_sheet_is_boundary() {

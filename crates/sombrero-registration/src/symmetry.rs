@@ -37,7 +37,8 @@ pub(crate) fn symmetries(shape: &Shape, lookup: &Lookup) -> Vec<Similarity3<f64>
 #[cfg(test)]
 mod tests {
     use crate::reference::Reference;
-    use sombrero_mesh::{Soup, shapes};
+    use sombrero_mesh::Soup;
+    use sombrero_shapes as shapes;
 
     fn count(soup: &Soup) -> usize {
         Reference::new(&soup.points, &soup.triangles).unwrap().symmetries().len() + 1

@@ -1,11 +1,11 @@
 //! A registration says how far it is, and is the same when nobody listens.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use sombrero_mesh::shapes;
 use sombrero_progress::heard;
 use sombrero_registration::{
     IcpOptions, Reference, RegisterOptions, align, refine_affine, register, register_affine,
 };
+use sombrero_shapes as shapes;
 
 #[test]
 fn a_search_says_how_far_it_is() {

@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix3, Point3, Quaternion, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use sombrero_mesh::{Soup, shapes};
+use sombrero_mesh::Soup;
 use sombrero_registration::{
     AffineRegistration, Reference, RegisterOptions, Registration, refine_affine, register, register_affine,
 };
+use sombrero_shapes as shapes;
 
 fn rotation() -> impl Strategy<Value = UnitQuaternion<f64>> {
     prop::array::uniform4(-1.0..1.0_f64)

@@ -130,7 +130,7 @@ mod tests {
     use proptest::prelude::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     fn energy(frame: &Frame, flip_weight: f64) -> Energy<'_> {
         let suspect = shapes::bumpy_sphere(500);

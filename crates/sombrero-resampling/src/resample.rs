@@ -174,8 +174,8 @@ fn area(soup: &Soup) -> f64 {
 mod tests {
     use super::*;
     use rand::SeedableRng;
-    use sombrero_mesh::shapes;
     use sombrero_progress::heard;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn a_fit_says_how_far_it_is() {

@@ -4,7 +4,8 @@ use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero_mesh::{Soup, shapes};
+use sombrero_mesh::Soup;
+use sombrero_shapes as shapes;
 use sombrero_spatial::Surface;
 
 use crate::{ResampleError, ResampleOptions, Resampled, resample};

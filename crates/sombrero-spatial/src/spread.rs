@@ -40,7 +40,7 @@ pub fn spread_samples(points: &[Point3<f64>], triangles: &[[u32; 3]], count: usi
 mod tests {
     use super::*;
     use nalgebra::Vector3;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn samples_lie_evenly() {

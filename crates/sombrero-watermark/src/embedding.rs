@@ -55,8 +55,9 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use sombrero_basis::BasisOptions;
-    use sombrero_mesh::{repair, shapes};
+    use sombrero_mesh::repair;
     use sombrero_progressive::ProgressiveMesh;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn a_face_that_turns_by_an_angle_counts_with_its_area() {

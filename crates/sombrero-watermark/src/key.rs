@@ -308,8 +308,9 @@ impl TryFrom<File> for Key {
 mod tests {
     use super::*;
     use crate::Preset;
-    use sombrero_mesh::{repair, shapes};
+    use sombrero_mesh::repair;
     use sombrero_progressive::ProgressiveMesh;
+    use sombrero_shapes as shapes;
 
     fn basis(coefficients: usize) -> Basis {
         let made = repair(&shapes::bumpy_sphere(300));

@@ -156,7 +156,7 @@ const TEST_NOISE: f64 = 0.002;
 ///
 /// # Example
 /// ```
-/// use sombrero::{EmbedOptions, embed, io::{Document, Format, encode}, mesh::shapes, watermark::Secret};
+/// use sombrero::{EmbedOptions, embed, io::{Document, Format, encode}, shapes, watermark::Secret};
 ///
 /// let file = encode(Format::Obj, &shapes::bumpy_sphere(2000))?;
 /// let original = Document::parse(file, None)?;

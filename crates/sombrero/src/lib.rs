@@ -35,6 +35,7 @@ pub use sombrero_progressive as progressive;
 pub use sombrero_registration as registration;
 pub use sombrero_render as render;
 pub use sombrero_resampling as resampling;
+pub use sombrero_shapes as shapes;
 pub use sombrero_spatial as spatial;
 pub use sombrero_stats as stats;
 pub use sombrero_watermark as watermark;

@@ -183,7 +183,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
     use proptest::prelude::*;
     use sombrero_io::{Document, Format, encode};
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
     use sombrero_watermark::{Mismatch, OriginalDigest, Preset, Secret};
     use std::sync::LazyLock;
 

@@ -147,7 +147,8 @@ impl Made<'_> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use sombrero_mesh::{geometry, shapes, topology};
+    use sombrero_mesh::{geometry, topology};
+    use sombrero_shapes as shapes;
     use sombrero_spatial::{DistanceOptions, compare};
 
     fn made(soup: &Soup, resolution: u32) -> (Soup, sombrero_mesh::repair::Repaired) {

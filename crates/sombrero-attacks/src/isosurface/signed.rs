@@ -107,7 +107,7 @@ fn angle(places: &[Point3<f64>; 3], k: usize) -> f64 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     proptest! {
         #[test]

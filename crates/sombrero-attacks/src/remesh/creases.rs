@@ -65,7 +65,8 @@ fn is_straight(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::{Soup, shapes};
+    use sombrero_mesh::Soup;
+    use sombrero_shapes as shapes;
 
     fn creases(soup: &Soup) -> Creases {
         Creases::of(&soup.points, &soup.triangles, &Edges::of(&soup.triangles))

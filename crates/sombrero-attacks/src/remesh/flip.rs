@@ -167,7 +167,8 @@ fn before(side: u32) -> u32 {
 mod tests {
     use super::*;
     use nalgebra::Point3;
-    use sombrero_mesh::{repair, shapes, topology};
+    use sombrero_mesh::{repair, topology};
+    use sombrero_shapes as shapes;
 
     #[test]
     fn a_long_diagonal_of_a_crowded_vertex_is_flipped() {

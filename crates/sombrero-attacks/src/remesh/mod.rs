@@ -86,7 +86,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use sombrero_mesh::repair::Repaired;
-    use sombrero_mesh::{geometry, shapes, topology};
+    use sombrero_mesh::{geometry, topology};
+    use sombrero_shapes as shapes;
     use sombrero_spatial::{DistanceOptions, compare};
 
     const ONCE: Remeshing = Remeshing { length: 1.0, iterations: 5 };

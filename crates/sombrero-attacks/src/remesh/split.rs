@@ -56,7 +56,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use sombrero_mesh::geometry::{area, mean_edge_length};
-    use sombrero_mesh::{repair, shapes};
+    use sombrero_mesh::repair;
+    use sombrero_shapes as shapes;
 
     proptest! {
         #[test]

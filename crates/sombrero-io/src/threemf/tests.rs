@@ -867,7 +867,7 @@ proptest! {
 #[test]
 fn an_entry_that_reaches_beyond_the_file_may_reach_anywhere() {
     // Found by mutation: the larger file that moved points made had room for what the entry claims.
-    let bytes = encode(Format::ThreeMf, &sombrero_mesh::shapes::tetrahedron()).unwrap();
+    let bytes = encode(Format::ThreeMf, &sombrero_shapes::tetrahedron()).unwrap();
     let first = memchr::memmem::find(&bytes, b"PK\x01\x02").unwrap();
     let mut bytes = bytes.clone();
     let claimed = u32::try_from(bytes.len()).unwrap() - 40;

@@ -9,9 +9,6 @@ mod connectivity;
 mod flood;
 mod signature;
 
-#[cfg(test)]
-mod tests;
-
 use connectivity::{Connectivity, NONE, turned};
 use flood::{Assignment, Placement};
 use signature::{Level, Lookalikes};
@@ -87,7 +84,8 @@ pub struct Matchings {
 /// each component; memory is O(n).
 ///
 /// ```
-/// use sombrero_mesh::{match_connectivity, shapes};
+/// use sombrero_mesh::match_connectivity;
+/// use sombrero_shapes as shapes;
 ///
 /// let part = shapes::part(8);
 /// let vertices = part.points.len();

@@ -152,7 +152,7 @@ fn carried(from: &Valued, points: &[Point3<f64>]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     /// A mesh whose value is the height of each point.
     fn heights(soup: Soup) -> Valued {

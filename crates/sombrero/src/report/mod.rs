@@ -95,7 +95,7 @@ pub enum ReportError {
 /// ```
 /// use sombrero::report::{DetectionReport, FileLabel, detection_report};
 /// use sombrero::{DetectOptions, EmbedOptions, Detector, embed};
-/// use sombrero::{io::{Document, Format, encode}, mesh::shapes, watermark::Secret};
+/// use sombrero::{io::{Document, Format, encode}, shapes, watermark::Secret};
 ///
 /// let original = Document::parse(encode(Format::Obj, &shapes::bumpy_sphere(500))?, None)?;
 /// let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default())?;

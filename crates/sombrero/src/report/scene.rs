@@ -124,7 +124,7 @@ fn colors() -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn distances_fill_the_scale() {

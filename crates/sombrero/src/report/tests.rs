@@ -3,7 +3,7 @@
 use super::*;
 use crate::{Alignment, DetectOptions, Detector, EmbedOptions, Test, When, embed};
 use sombrero_io::{Document, Format, encode};
-use sombrero_mesh::shapes;
+use sombrero_shapes as shapes;
 use sombrero_watermark::{Identity, Secret};
 use std::sync::OnceLock;
 

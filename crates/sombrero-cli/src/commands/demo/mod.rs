@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sombrero::EmbedReport;
 use sombrero::io::{Access, Format, Output};
-use sombrero::mesh::shapes;
+use sombrero::shapes;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::icosahedron;
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// Finest grid: 10 1024² + 2, about ten million vertices.
 const MAX_FREQUENCY: usize = 1024;
@@ -13,7 +13,7 @@ const MAX_FREQUENCY: usize = 1024;
 /// `subdivisions` above 10 count as 10.
 ///
 /// ```
-/// let sphere = sombrero_mesh::shapes::sphere(3);
+/// let sphere = sombrero_shapes::sphere(3);
 /// assert_eq!(sphere.points.len(), 642);
 /// assert!(sphere.points.iter().all(|p| (p.coords.norm() - 1.0).abs() < 1e-12));
 /// ```

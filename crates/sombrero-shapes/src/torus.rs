@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use nalgebra::Point3;
 
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// A torus about the z axis with `major_segments * minor_segments` vertices, genus 1.
 ///
@@ -13,7 +13,7 @@ use crate::Soup;
 /// 0 < `minor_radius` < `major_radius`; other radii are taken as they are.
 ///
 /// ```
-/// let ring = sombrero_mesh::shapes::torus(24, 12, 2.0, 0.5);
+/// let ring = sombrero_shapes::torus(24, 12, 2.0, 0.5);
 /// assert_eq!((ring.points.len(), ring.triangles.len()), (288, 576));
 /// ```
 pub fn torus(major_segments: usize, minor_segments: usize, major_radius: f64, minor_radius: f64) -> Soup {

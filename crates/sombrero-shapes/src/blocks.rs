@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// One axis of the lattice: block borders, and the finer ticks that cut each block.
 pub(super) struct Axis {

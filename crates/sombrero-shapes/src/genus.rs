@@ -1,7 +1,7 @@
 //! A slab with holes.
 
 use super::blocks::{Axis, boundary};
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// A closed surface of genus `g`: a slab 2 g + 1 long (x), 3 wide (y), 1 thick (z), with `g` square holes of
 /// side 1 through it in a row, one corner in the origin.
@@ -10,7 +10,7 @@ use crate::Soup;
 /// `g` is moved into 0..=100, `resolution` into 1..=100.
 ///
 /// ```
-/// let pretzel = sombrero_mesh::shapes::genus(3, 2);
+/// let pretzel = sombrero_shapes::genus(3, 2);
 /// assert_eq!(pretzel.points.len(), (18 * 3 + 14) * 4 + 2 - 6);
 /// ```
 pub fn genus(g: usize, resolution: usize) -> Soup {

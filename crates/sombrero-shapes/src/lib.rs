@@ -1,12 +1,7 @@
-//! Generated surfaces for tests, demos and benches.
+#![doc = include_str!("../README.md")]
 //!
-//! Every function returns a [`Soup`](crate::Soup) that is already clean: manifold, oriented counter-clockwise
-//! seen from outside (sheets: from above), without unused or doubled vertices and without degenerate
-//! triangles. Lengths are in model units.
-//!
-//! The same arguments give the same bits on every machine: the code uses nothing beyond the correctly
-//! rounded `+ - * / sqrt` and the software functions of `libm`. Arguments out of range never panic; they are
-//! moved to the nearest value in range, and each function says what its range is.
+//! Nothing is used beyond the correctly rounded `+ - * / sqrt` and the software functions of `libm`. Arguments out of
+//! range never panic; they are moved to the nearest value in range, and each function says what its range is.
 //!
 //! | shape | vertices | Euler characteristic |
 //! |---|---|---|

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector2};
 
 use super::blocks::{Axis, boundary};
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// The [`part`] resolution that gives about 6 400 vertices.
 pub const PART_RESOLUTION: usize = 10;
@@ -57,7 +57,7 @@ const GROOVE: [f64; 3] = [3.5, 4.875, 0.375];
 /// | 100 | 615 592 |
 ///
 /// ```
-/// use sombrero_mesh::shapes;
+/// use sombrero_shapes as shapes;
 /// let bracket = shapes::part(shapes::PART_RESOLUTION);
 /// assert!((5_500..6_500).contains(&bracket.points.len()));
 /// ```

@@ -2,12 +2,12 @@
 
 use nalgebra::Point3;
 
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// A regular tetrahedron with corners on alternate corners of the cube [-1, 1]³: 4 vertices, 4 faces.
 ///
 /// ```
-/// assert_eq!(sombrero_mesh::shapes::tetrahedron().triangles.len(), 4);
+/// assert_eq!(sombrero_shapes::tetrahedron().triangles.len(), 4);
 /// ```
 pub fn tetrahedron() -> Soup {
     let points = vec![
@@ -22,7 +22,7 @@ pub fn tetrahedron() -> Soup {
 /// A regular octahedron with corners at distance 1 on the axes: 6 vertices, 8 faces.
 ///
 /// ```
-/// assert_eq!(sombrero_mesh::shapes::octahedron().triangles.len(), 8);
+/// assert_eq!(sombrero_shapes::octahedron().triangles.len(), 8);
 /// ```
 pub fn octahedron() -> Soup {
     let points = vec![
@@ -41,7 +41,7 @@ pub fn octahedron() -> Soup {
 /// A regular icosahedron with its corners on the unit sphere: 12 vertices, 20 faces.
 ///
 /// ```
-/// let solid = sombrero_mesh::shapes::icosahedron();
+/// let solid = sombrero_shapes::icosahedron();
 /// assert_eq!((solid.points.len(), solid.triangles.len()), (12, 20));
 /// ```
 pub fn icosahedron() -> Soup {
@@ -82,7 +82,7 @@ pub fn icosahedron() -> Soup {
 /// The cube [-1, 1]³ with one diagonal a side: 8 vertices, 12 faces.
 ///
 /// ```
-/// assert_eq!(sombrero_mesh::shapes::cube().points.len(), 8);
+/// assert_eq!(sombrero_shapes::cube().points.len(), 8);
 /// ```
 pub fn cube() -> Soup {
     // Corner number: bit 0 is +x, bit 1 is +y, bit 2 is +z.

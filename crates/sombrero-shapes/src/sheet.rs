@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// Most cells along a side.
 const MAX_CELLS: usize = 4096;
@@ -13,7 +13,7 @@ const MAX_CELLS: usize = 4096;
 /// `nx` and `ny` count the cells along the sides and are moved into 1..=4096.
 ///
 /// ```
-/// let sheet = sombrero_mesh::shapes::open_sheet(12, 8);
+/// let sheet = sombrero_shapes::open_sheet(12, 8);
 /// assert_eq!((sheet.points.len(), sheet.triangles.len()), (13 * 9, 2 * 12 * 8));
 /// ```
 pub fn open_sheet(nx: usize, ny: usize) -> Soup {
@@ -28,7 +28,7 @@ pub fn open_sheet(nx: usize, ny: usize) -> Soup {
 /// 2 (nx ny - hx hy) triangles. `nx` and `ny` are moved into 3..=4096.
 ///
 /// ```
-/// let sheet = sombrero_mesh::shapes::sheet_with_hole(12, 9);
+/// let sheet = sombrero_shapes::sheet_with_hole(12, 9);
 /// assert_eq!((sheet.points.len(), sheet.triangles.len()), (13 * 10 - 3 * 2, 2 * (12 * 9 - 4 * 3)));
 /// ```
 pub fn sheet_with_hole(nx: usize, ny: usize) -> Soup {

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::geodesic::geodesic;
 use super::waves::Waves;
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// The [`bust`] resolution that gives about 10 000 vertices.
 pub const BUST_RESOLUTION: usize = 32;
@@ -25,7 +25,7 @@ pub const BUST_RESOLUTION: usize = 32;
 /// | 224 | 501 762 |
 ///
 /// ```
-/// use sombrero_mesh::shapes;
+/// use sombrero_shapes as shapes;
 /// assert_eq!(shapes::bust(shapes::BUST_RESOLUTION).points.len(), 10_242);
 /// ```
 pub fn bust(resolution: usize) -> Soup {

@@ -2,7 +2,7 @@
 
 use super::geodesic::{frequency_for, geodesic};
 use super::waves::Waves;
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// A sphere of mean radius 1 with relief at six scales, with about `vertices` vertices.
 ///
@@ -11,7 +11,7 @@ use crate::Soup;
 /// size.
 ///
 /// ```
-/// assert_eq!(sombrero_mesh::shapes::bumpy_sphere(1_000).points.len(), 1_002);
+/// assert_eq!(sombrero_shapes::bumpy_sphere(1_000).points.len(), 1_002);
 /// ```
 pub fn bumpy_sphere(vertices: usize) -> Soup {
     let mut soup = geodesic(frequency_for(vertices));

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::*;
-use crate::Soup;
+use sombrero_mesh::Soup;
 
 /// The edges of a manifold.
 struct Edges {
