@@ -1,26 +1,16 @@
-//! What the project's own people run: `cargo xtask VERB`. A file for each verb.
+//! What the project's own people run: `cargo xtask VERB`, a file for each verb: upkeep of the repository, and the
+//! experiments that the documents rest on.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
-mod alignment;
-mod benchmark;
-mod calibrate;
-mod ci;
-mod collusion;
-mod figures;
-mod hostile;
-mod marked;
-mod models;
-mod peers;
-mod plot;
-mod presets;
-mod program;
-mod roc;
-mod scaling;
-mod subject;
-mod tables;
+mod experiments;
+mod upkeep;
 
 use clap::{Parser, Subcommand};
+use experiments::{
+    alignment, benchmark, calibrate, collusion, figures, peers, presets, roc, scaling, tables,
+};
 use std::path::PathBuf;
+use upkeep::{ci, hostile, models};
 
 #[derive(Parser)]
 #[command(about, arg_required_else_help = true)]

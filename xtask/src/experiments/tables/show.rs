@@ -33,12 +33,12 @@ pub(crate) fn write(
     };
     let times = serde_json::json!({ "table": 3, "stages": STAGES, "models": table3 });
     let mut tables = vec![
-        ("table1", first(method, table1), recorded(1, table1)?),
-        ("table2", second(table2), recorded(2, table2)?),
+        ("table1", first(method, runs, table1), recorded(1, table1)?),
+        ("table2", second(runs, table2), recorded(2, table2)?),
         ("table3", third(table3), serde_json::to_string_pretty(&times)?),
     ];
     if !beyond.is_empty() {
-        tables.push(("beyond", further(beyond), recorded(4, beyond)?));
+        tables.push(("beyond", further(runs, beyond), recorded(4, beyond)?));
     }
     for (name, text, json) in tables {
         println!("{text}");
@@ -61,7 +61,15 @@ fn figure(cell: &Cell) -> String {
     format!("{:.1}{paper}{}", cell.median_log10_p, if worse { " ▲" } else { "" })
 }
 
-fn first(method: &str, cells: &[Cell]) -> String {
+/// What the figures are, in words.
+fn median_of(runs: u64) -> String {
+    match runs {
+        1 => "of one seed".to_owned(),
+        _ => format!("median of {runs} seeds"),
+    }
+}
+
+fn first(method: &str, runs: u64, cells: &[Cell]) -> String {
     let how = match method {
         "paper" => {
             "50 coefficients, ε = 0.01, sombrero, `--method paper`: registered and resampled where the paper did so."
@@ -72,17 +80,19 @@ fn first(method: &str, cells: &[Cell]) -> String {
         }
     };
     let mut text = format!(
-        "# Table 1\n\nlog10 of the false-positive probability, median of 5 seeds; the paper's in brackets. ▲: ours is \
-         worse. {how} Rows K and O know the correspondence, as the paper did; K' and O' do not.\n\n"
+        "# Table 1\n\nlog10 of the false-positive probability, {}; the paper's in brackets. ▲: ours is \
+         worse. {how} Rows K and O know the correspondence, as the paper did; K' and O' do not.\n\n",
+        median_of(runs)
     );
     rows(&mut text, ROWS.iter(), cells);
     text
 }
 
-fn further(cells: &[Cell]) -> String {
-    let mut text = String::from(
-        "# Beyond the paper's table\n\nlog10 of the false-positive probability, median of 5 seeds, robust preset and \
-         method. Nothing is known about the suspect: no vertex, no pose, no scale.\n\n",
+fn further(runs: u64, cells: &[Cell]) -> String {
+    let mut text = format!(
+        "# Beyond the paper's table\n\nlog10 of the false-positive probability, {}, robust preset and method. Nothing is \
+         known about the suspect: no vertex, no pose, no scale.\n\n",
+        median_of(runs)
     );
     rows(&mut text, BEYOND.iter(), cells);
     text
@@ -113,11 +123,12 @@ fn rows<'a>(text: &mut String, all: impl Iterator<Item = &'a Row>, cells: &[Cell
     let _ = writeln!(text, "| | rms displacement / largest side | {} |", shown(|c| c.relative_rms));
 }
 
-fn second(cells: &[Cell]) -> String {
+fn second(runs: u64, cells: &[Cell]) -> String {
     let names = BasisFunction::ALL.map(BasisFunction::name);
     let mut text = format!(
-        "# Table 2\n\nlog10 of the false-positive probability by basis function, median of 5 seeds; the paper's in \
-         brackets. ▲: ours is worse.\n\n| model | row | {} |\n|---|---|---:|---:|---:|\n",
+        "# Table 2\n\nlog10 of the false-positive probability by basis function, {}; the paper's in brackets. ▲: ours \
+         is worse.\n\n| model | row | {} |\n|---|---|---:|---:|---:|\n",
+        median_of(runs),
         names.join(" | ")
     );
     for model in MODELS.iter().map(|m| m.name) {

@@ -1,7 +1,7 @@
 //! `cargo xtask scaling`: time by stage and memory from a thousand to ten million triangles.
 
-use crate::plot::{self, Axis, Panel, Series};
-use crate::program::{Program, Used};
+use super::plot::{self, Axis, Panel, Series};
+use super::program::{Program, Used};
 use anyhow::Context;
 use plotters::prelude::SeriesLabelPosition;
 use serde::Serialize;

@@ -1,13 +1,13 @@
 //! `cargo xtask collusion`: several of a thousand buyers average their copies. How many of them are named, and is
 //! anybody else?
 
-use crate::marked::read;
+use super::case::{attacks, read};
 use anyhow::Context;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
-use sombrero::attacks::{Attack, apply_all};
+use sombrero::attacks::apply_all;
 use sombrero::basis::BasisOptions;
 use sombrero::io::{Document, Format, Rewrite, encode};
 use sombrero::mesh::Soup;
@@ -65,7 +65,7 @@ struct Cell {
 pub(crate) fn run(args: &Collusion, folder: &Path) -> anyhow::Result<()> {
     let mut cells = Vec::new();
     for model in &args.only {
-        let known = crate::tables::paper::MODELS.iter().find(|m| m.name == model.as_str());
+        let known = super::tables::paper::MODELS.iter().find(|m| m.name == model.as_str());
         let document = read(folder, known.with_context(|| format!("no model `{model}`"))?.file)?;
         for &coefficients in &args.coefficients {
             let usual = Parameters::default();
@@ -131,7 +131,7 @@ impl<'a> Shop<'a> {
             weakest_log10_p: Vec::new(),
             best_innocent_log10_p: Vec::new(),
         };
-        let attacks: Vec<Attack> = specs.split(' ').map(str::parse).collect::<Result<_, _>>()?;
+        let attacks = attacks(specs)?;
         for seed in 0..runs {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let guilty = distinct(leakers, self.buyers.len(), &mut rng);

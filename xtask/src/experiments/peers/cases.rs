@@ -1,5 +1,6 @@
 //! The cases that all peers are given, as plain little-endian arrays: see `benches/peers/README.md`.
 
+use crate::experiments::case::{attacks, read};
 use anyhow::Context;
 use nalgebra::{Isometry3, Matrix4, Point3, Similarity3, Translation3, UnitQuaternion, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
@@ -31,7 +32,7 @@ pub(crate) fn write(folder: &Path, models: &Path) -> anyhow::Result<()> {
     }
     eprintln!("making the cases");
     std::fs::create_dir_all(folder)?;
-    let bunny = sombrero::Model::new(&crate::marked::read(models, "bunny.ply")?.soup());
+    let bunny = sombrero::Model::new(&read(models, "bunny.ply")?.soup());
     let bunny = compact(bunny.soup());
     let big = attacked(&bunny, "subdivide:scheme=loop,iterations=2 noise:amplitude=0.00002", 3)?;
     for (model, soup) in [("bunny", &bunny), ("big", &big)] {
@@ -50,8 +51,7 @@ fn compact(soup: &Soup) -> Soup {
 }
 
 fn attacked(soup: &Soup, specs: &str, seed: u64) -> anyhow::Result<Soup> {
-    let attacks: Vec<_> = specs.split(' ').map(str::parse).collect::<Result<_, _>>()?;
-    Ok(apply_all(&attacks, soup, &mut ChaCha8Rng::seed_from_u64(seed))?.soup)
+    Ok(apply_all(&attacks(specs)?, soup, &mut ChaCha8Rng::seed_from_u64(seed))?.soup)
 }
 
 /// B and the marked copy: the paper's 50 functions, with the coefficients of seed 5.

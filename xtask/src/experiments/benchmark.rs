@@ -4,8 +4,8 @@
 //! Its attacks at its strengths, five keys a cell, distortion as it measures it. It was made for blind and non-blind
 //! schemes; ours is non-blind.
 
-use crate::marked::{Marked, read};
-use crate::tables::paper::MODELS;
+use super::case::{Case, Marked};
+use super::tables::paper::MODELS;
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
@@ -97,9 +97,8 @@ pub(crate) fn run(args: &Benchmark, folder: &Path) -> anyhow::Result<()> {
     let models = MODELS.iter().filter(|m| args.only.iter().any(|name| name == m.name));
     let (mut cells, mut distortions) = (Vec::new(), Vec::new());
     for model in models {
-        let document = read(folder, model.file)?;
-        let marked = (0..args.keys).map(|seed| Marked::new(&document, &Preset::default().parameters(), seed));
-        let marked = marked.collect::<anyhow::Result<Vec<_>>>()?;
+        let case = Case::read(folder, model.file, Preset::default())?;
+        let marked = case.marked_by_seeds(args.keys)?;
         distortions.push(distortion(model.name, &marked)?);
         cells.extend(model_cells(model.name, &marked)?);
     }
@@ -144,7 +143,7 @@ fn distortion(model: &'static str, marked: &[Marked]) -> anyhow::Result<Distorti
         let apart = apart.context("a model has a surface")?;
         let per_side = bounds.largest_side() / bounds.diagonal();
         let rms = apart.forward.rms.max(apart.backward.rms);
-        Ok([rms / bounds.diagonal(), apart.hausdorff / bounds.diagonal(), marked.relative_rms * per_side])
+        Ok([rms / bounds.diagonal(), apart.hausdorff / bounds.diagonal(), marked.distortion().rms * per_side])
     };
     let all = marked.iter().map(of).collect::<anyhow::Result<Vec<_>>>()?;
     let middle = |k: usize| {

@@ -5,9 +5,9 @@
 //! and gives a false-positive probability P. A curve has a point for each trial k: (P_k, share of the trials
 //! whose P is larger).
 
-use crate::plot::{self, Axis, Panel, Series};
-use crate::subject::Subject;
-use crate::tables::Method;
+use super::case::{Case, Marked, random_secret};
+use super::plot::{self, Axis, Panel, Series};
+use super::tables::Method;
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use plotters::chart::SeriesLabelPosition;
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &Roc, folder: &Path) -> anyhow::Result<()> {
         bail!("a curve needs at least one trial");
     }
     let suffix = args.method.suffix();
-    let fandisk = Subject::read(folder, "fandisk.obj", args.method.preset())?;
+    let fandisk = Case::read(folder, "fandisk.obj", args.method.preset())?;
     let bar = ProgressBar::new(u64::from(args.trials) * AMPLITUDES.len() as u64);
     bar.set_style(ProgressStyle::with_template("{elapsed} {bar:40} {pos}/{len} trials, {eta} left")?);
     let curves = (0..).zip(AMPLITUDES).map(|(which, (row, amplitude))| {
@@ -110,12 +110,12 @@ pub(crate) fn run(args: &Roc, folder: &Path) -> anyhow::Result<()> {
 }
 
 /// log10 of the false-positive probability of a fresh mark under fresh noise.
-fn trial(subject: &Subject, method: Method, amplitude: f64, stream: u64) -> anyhow::Result<f64> {
+fn trial(case: &Case, method: Method, amplitude: f64, stream: u64) -> anyhow::Result<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     rng.set_stream(stream);
-    let (detector, marked) = subject.marked(&mut rng)?;
-    let attacked = apply(&Attack::Noise { amplitude }, &marked, &mut rng)?;
-    let correspondence = Some(attacked.correspondence(marked.points.len()));
+    let Marked { detector, copy } = case.marked(random_secret(&mut rng))?;
+    let attacked = apply(&Attack::Noise { amplitude }, &copy, &mut rng)?;
+    let correspondence = Some(attacked.correspondence(copy.points.len()));
     let suspect = Suspect { soup: attacked.soup, correspondence };
     let usual = DetectOptions { method: method.into(), ..DetectOptions::default() };
     // The paper looked once, at the vertices where they are.

@@ -1,7 +1,7 @@
 //! Whole jobs as a user sees them: the program from start to end, its time, CPU time and peak memory.
 
 use super::measure::{Row, median};
-use crate::program::{Program, Used};
+use crate::experiments::program::{Program, Used};
 use std::path::Path;
 
 /// Marks the model, then finds the mark in a copy that was moved and simplified to a half.

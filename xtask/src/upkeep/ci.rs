@@ -1,6 +1,6 @@
 //! `cargo xtask ci`: each step as a person would type it.
 
-use crate::tables::{Method, Tables};
+use crate::experiments::tables::{Method, Tables};
 use anyhow::{Context, bail};
 use std::path::Path;
 use std::process::Command;
@@ -23,7 +23,7 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
     }
     if models.join("fandisk.obj").exists() {
         for method in [Method::Paper, Method::Robust] {
-            crate::tables::run(&Tables::check(method), models)?;
+            crate::experiments::tables::run(&Tables::check(method), models)?;
         }
     } else {
         println!("== no models in {}: the tables were not checked", models.display());
@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn the_readme_gives_the_commands_that_ci_runs() {
-        let readme = include_str!("../../README.md");
+        let readme = include_str!("../../../README.md");
         for command in [TEST_COMMAND, MAIN_COMMAND] {
             assert!(readme.lines().any(|line| line == command), "the README has no line `{command}`");
         }

@@ -2,22 +2,13 @@
 
 use super::Method;
 use super::paper::{Model, Row};
-use crate::marked::{Marked, read};
+use crate::experiments::case::{Case, Marked, read, secret_of_seed};
 use serde::{Deserialize, Serialize};
 use sombrero::basis::{BasisFunction, BasisOptions};
-use sombrero::watermark::Parameters;
+use sombrero::watermark::{Distortion, Parameters};
 use sombrero::{DetectOptions, When};
 use std::path::Path;
 use std::time::Instant;
-
-/// A marked model and how it is looked at.
-pub(crate) struct Subject {
-    method: Method,
-    model: &'static str,
-    function: BasisFunction,
-    seed: u64,
-    marked: Marked,
-}
 
 /// What one trial gave.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,6 +30,17 @@ fn parameters(method: Method, function: BasisFunction) -> Parameters {
     Parameters { basis: BasisOptions { function, ..basis }, epsilon }
 }
 
+/// A marked model and how it is looked at.
+pub(crate) struct Subject {
+    method: Method,
+    model: &'static str,
+    function: BasisFunction,
+    seed: u64,
+    marked: Marked,
+    /// In largest sides.
+    distortion: Distortion,
+}
+
 impl Subject {
     pub(crate) fn new(
         folder: &Path,
@@ -47,8 +49,10 @@ impl Subject {
         function: BasisFunction,
         seed: u64,
     ) -> anyhow::Result<Self> {
-        let marked = Marked::new(&read(folder, model.file)?, &parameters(method, function), seed)?;
-        Ok(Self { method, model: model.name, function, seed, marked })
+        let case = Case::new(read(folder, model.file)?, parameters(method, function))?;
+        let marked = case.marked(secret_of_seed(seed)?)?;
+        let distortion = marked.distortion();
+        Ok(Self { method, model: model.name, function, seed, marked, distortion })
     }
 
     /// Attacks the marked mesh and looks for the mark: the paper's method with the steps that the paper's row
@@ -74,8 +78,8 @@ impl Subject {
             row: row.letter.into(),
             seed: self.seed,
             log10_p,
-            relative_max: self.marked.relative_max,
-            relative_rms: self.marked.relative_rms,
+            relative_max: self.distortion.max,
+            relative_rms: self.distortion.rms,
             seconds: start.elapsed().as_secs_f64(),
         })
     }

@@ -1,8 +1,8 @@
 //! `cargo xtask presets`: what the same distortion buys with other numbers of coefficients and other shares of the
 //! energy; at equal root mean square displacement, and at equal root mean square change of face normals.
 
-use crate::marked::{Marked, read};
-use crate::tables::paper::MODELS;
+use super::case::{Case, Marked, read};
+use super::tables::paper::MODELS;
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -130,7 +130,7 @@ fn line(
 
 /// A marked copy for each seed.
 fn marked(document: &Document, parameters: &Parameters, runs: u64) -> anyhow::Result<Vec<Marked>> {
-    (0..runs).map(|seed| Marked::new(document, parameters, seed)).collect()
+    Case::new(document.clone(), *parameters)?.marked_by_seeds(runs)
 }
 
 /// Root mean square displacement in largest sides and change of normals in radians, medians over marks.
@@ -138,7 +138,7 @@ fn distortion(marked: &[Marked]) -> anyhow::Result<[f64; 2]> {
     let of = |marked: &Marked| {
         let original = marked.detector.model().soup();
         let normals = normal_change(&original.points, &marked.copy.points, &original.triangles);
-        [marked.relative_rms, normals]
+        [marked.distortion().rms, normals]
     };
     let all: Vec<[f64; 2]> = marked.iter().map(of).collect();
     let middle = |k: usize| {

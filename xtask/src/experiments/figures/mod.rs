@@ -7,12 +7,12 @@ mod figure4;
 mod figure5;
 mod tubes;
 
-use crate::subject::Subject;
+use super::case::{Case, attacks, random_secret};
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::{Point3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::{Attack, apply_all};
+use sombrero::attacks::apply_all;
 use sombrero::mesh::Soup;
 use sombrero::render::{Camera, Image, RenderOptions, Wireframe, render, used_points};
 use sombrero::watermark::Preset;
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Figures, folder: &Path) -> anyhow::Result<()> {
 
 /// A model of the paper with its mark, and where it is looked at from.
 struct Exhibit {
-    subject: Subject,
+    case: Case,
     marked: Soup,
     direction: Vector3<f64>,
     up: Vector3<f64>,
@@ -71,13 +71,13 @@ impl Exhibit {
             "dragon" => ("dragon.obj", Vector3::new(-1.0, -0.25, -0.45), Vector3::y()),
             _ => ("bunny.ply", Vector3::new(-0.2, -0.25, -1.0), Vector3::y()),
         };
-        let subject = Subject::read(folder, file, Preset::Paper)?;
-        let marked = subject.marked(&mut rng())?.1;
-        Ok(Self { subject, marked, direction, up })
+        let case = Case::read(folder, file, Preset::Paper)?;
+        let marked = case.marked(random_secret(&mut rng()))?.copy;
+        Ok(Self { case, marked, direction, up })
     }
 
     fn original(&self) -> &Soup {
-        self.subject.soup()
+        self.case.soup()
     }
 
     fn marked(&self) -> &Soup {
@@ -86,8 +86,7 @@ impl Exhibit {
 
     /// The marked model after attacks given as specs.
     fn attacked(&self, specs: &str) -> anyhow::Result<Soup> {
-        let attacks: Vec<Attack> = specs.split(' ').map(str::parse).collect::<Result<_, _>>()?;
-        Ok(apply_all(&attacks, self.marked(), &mut rng())?.soup)
+        Ok(apply_all(&attacks(specs)?, self.marked(), &mut rng())?.soup)
     }
 
     /// The view that frames the original.

@@ -1,7 +1,7 @@
 //! Figure 5: the marked fandisk under the noise of rows C, D and E: 0.2 %, 0.45 % and 0.7 % of its largest side.
 
 use super::{Exhibit, GAP, WHITE, picture};
-use crate::roc::AMPLITUDES;
+use crate::experiments::roc::AMPLITUDES;
 use sombrero::attacks::Attack;
 use sombrero::render::{Image, RenderOptions, Shading};
 use std::path::Path;

@@ -28,7 +28,7 @@ pub(super) fn draw(folder: &Path) -> anyhow::Result<Image> {
 
 /// The function of largest support among those inside the surface that face the viewer and are not all over it.
 fn shown_function(head: &Exhibit) -> usize {
-    let (basis, mesh) = (head.subject.detector.basis(), &head.subject.detector.model().repaired().mesh);
+    let (basis, mesh) = (head.case.detector.basis(), &head.case.detector.model().repaired().mesh);
     let toward_eye = -head.direction.normalize();
     let size = |i: usize| basis.values().col(i).nnz();
     let suits = |&i: &usize| {
@@ -41,9 +41,9 @@ fn shown_function(head: &Exhibit) -> usize {
 
 /// (a) to (d).
 fn levels(head: &Exhibit, shown: usize, options: &RenderOptions) -> Vec<Image> {
-    let repaired = head.subject.detector.model().repaired();
+    let repaired = head.case.detector.model().repaired();
     let mut mesh = ProgressiveMesh::new(repaired.mesh.clone(), &repaired.points);
-    let (first, last) = (head.subject.detector.basis().functions()[shown].split + 1, mesh.split_count());
+    let (first, last) = (head.case.detector.basis().functions()[shown].split + 1, mesh.split_count());
     mesh.go_to(first);
     let centre = mesh.split(first - 1).map_or(VertexId::new(0), |split| split.vertex);
     let mut ring = ring(&mesh, centre);
@@ -55,7 +55,7 @@ fn levels(head: &Exhibit, shown: usize, options: &RenderOptions) -> Vec<Image> {
         let soup = Soup::new(repaired.points.clone(), mesh.mesh().triangles());
         let line: Vec<Point3<f64>> =
             ring.iter().map(|&h| repaired.points[mesh.mesh().tail(h).index()]).collect();
-        with_line(soup, &line, head.subject.detector.model().largest_side(), options)
+        with_line(soup, &line, head.case.detector.model().largest_side(), options)
     };
     stops.into_iter().map(draw).collect()
 }
@@ -102,7 +102,7 @@ fn with_line(mut soup: Soup, line: &[Point3<f64>], side: f64, options: &RenderOp
 
 /// (e): each face in the colour of the finest function that covers it.
 fn supports(head: &Exhibit, options: &RenderOptions) -> Image {
-    let (basis, original) = (head.subject.detector.basis(), head.original());
+    let (basis, original) = (head.case.detector.basis(), head.original());
     let mut order: Vec<usize> = (0..basis.functions().len()).collect();
     order.sort_by_key(|&i| basis.functions()[i].split);
     let mut color = vec![f64::NAN; original.points.len()];
@@ -124,11 +124,11 @@ fn supports(head: &Exhibit, options: &RenderOptions) -> Image {
 
 /// (f).
 fn sombrero(head: &Exhibit, shown: usize, options: &RenderOptions) -> Image {
-    let basis = head.subject.detector.basis();
+    let basis = head.case.detector.basis();
     let mut w = vec![0.0; basis.functions().len()];
     // Outward, whatever the sign of the height.
     w[shown] = basis.functions()[shown].height.signum();
-    let moved = basis.displacements(&w, EXAGGERATION * head.subject.parameters.epsilon);
+    let moved = basis.displacements(&w, EXAGGERATION * head.case.parameters.epsilon);
     let points = head.original().points.iter().zip(moved).map(|(p, d)| p + d).collect();
     picture(&Soup::new(points, head.original().triangles.clone()), options)
 }

@@ -1,0 +1,16 @@
+//! What measures the method: each verb recomputes a document. They share [`case`]: a model, its marks, and suspects
+//! made of these.
+
+pub(crate) mod alignment;
+pub(crate) mod benchmark;
+pub(crate) mod calibrate;
+mod case;
+pub(crate) mod collusion;
+pub(crate) mod figures;
+pub(crate) mod peers;
+mod plot;
+pub(crate) mod presets;
+mod program;
+pub(crate) mod roc;
+pub(crate) mod scaling;
+pub(crate) mod tables;
