@@ -314,7 +314,8 @@ fn an_authority_stamps_a_commitment() {
     for line in [
         "  stored        in vase.key, whose hash changes",
         "serial number",
-        "  trust         the signer is vouched for",
+        "  trust         by a certificate in --ca: ",
+        "  fingerprint   SHA-256 ",
     ] {
         assert!(text.contains(line), "{line}: {text}");
     }

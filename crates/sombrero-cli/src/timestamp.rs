@@ -20,18 +20,30 @@ pub(crate) struct Stamp {
     policy: String,
     /// Whether one of the given authorities vouches for the signer.
     trusted: bool,
+    /// That authority: whoever asks others to believe a token may bring any.
+    anchor: Option<Authority>,
+}
+
+#[derive(Debug, Serialize)]
+struct Authority {
+    subject: String,
+    sha256: String,
 }
 
 impl Stamp {
     /// For people.
     pub(crate) fn lines(&self) -> Vec<String> {
         let Self { time, signer, serial, .. } = self;
-        let trust = if self.trusted {
-            "  trust         the signer is vouched for by a certificate in --ca".to_owned()
-        } else {
-            "  trust         not checked: anybody can sign a token; give the authority's certificate with --ca".to_owned()
+        let stamp = format!("  timestamp     {time} by {signer}, serial number {serial}");
+        let Some(Authority { subject, sha256 }) = &self.anchor else {
+            let unchecked = "  trust         not checked: anybody can sign a token; give the authority's certificate with --ca";
+            return vec![stamp, unchecked.to_owned()];
         };
-        vec![format!("  timestamp     {time} by {signer}, serial number {serial}"), trust]
+        vec![
+            stamp,
+            format!("  trust         by a certificate in --ca: {subject}"),
+            format!("  fingerprint   SHA-256 {sha256}; compare it with what that authority publishes"),
+        ]
     }
 }
 
@@ -51,8 +63,11 @@ pub(crate) fn check(
 ) -> Result<Stamp, Failure> {
     let wrong = |e: &dyn std::error::Error| Failure::about("timestamp", path, e);
     let token = Token::from_der(token).map_err(|e| wrong(&e))?;
-    let Verified { time, signer, trusted, .. } = token.verify(digest, anchors).map_err(|e| wrong(&e))?;
-    Ok(Stamp { time, signer, serial: token.serial().to_owned(), policy: token.policy().to_owned(), trusted })
+    let Verified { time, signer, trusted, anchor, .. } =
+        token.verify(digest, anchors).map_err(|e| wrong(&e))?;
+    let anchor = anchor.map(|a| Authority { subject: a.subject, sha256: hex::encode(a.sha256) });
+    let (serial, policy) = (token.serial().to_owned(), token.policy().to_owned());
+    Ok(Stamp { time, signer, serial, policy, trusted, anchor })
 }
 
 /// The token that a key holds, checked; `path` is the key's.

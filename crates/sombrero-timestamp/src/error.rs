@@ -31,7 +31,7 @@ pub enum TokenError {
         "the token stamps a digest by algorithm {algorithm}, not by SHA-256; use a token for this digest"
     )]
     Hash {
-        /// The algorithm's object identifier.
+        /// The algorithm's name, if it is a common one, and object identifier.
         algorithm: String,
     },
     /// The token stamps something else.
@@ -78,7 +78,7 @@ pub enum TokenError {
     Algorithm {
         /// What it is used for.
         what: &'static str,
-        /// The algorithm's object identifier.
+        /// Its object identifier, and its name if it is a common hash.
         algorithm: String,
     },
     /// The signature does not verify.

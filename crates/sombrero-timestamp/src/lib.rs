@@ -3,11 +3,12 @@
 mod anchors;
 mod asn1;
 mod error;
+mod hashes;
 mod request;
 mod token;
 mod verify;
 
-pub use anchors::TrustAnchors;
+pub use anchors::{Anchor, TrustAnchors};
 pub use error::{AnchorError, TokenError};
 pub use request::request;
 pub use token::Token;

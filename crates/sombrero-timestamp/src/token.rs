@@ -2,6 +2,7 @@
 
 use crate::TokenError;
 use crate::asn1::{Accuracy, ID_CT_TST_INFO, PkiStatusInfo, SignedData, SignerInfo, TimeStampResp, TstInfo};
+use crate::hashes::hash_name;
 use cms::content_info::ContentInfo;
 use cms::signed_data::SignerIdentifier;
 use const_oid::db::rfc5911::ID_SIGNED_DATA;
@@ -264,7 +265,7 @@ fn digest(info: &TstInfo) -> Result<[u8; 32], TokenError> {
     let imprint = &info.message_imprint;
     let algorithm = &imprint.hash_algorithm;
     if algorithm.oid != ID_SHA_256 || algorithm.parameters.as_ref().is_some_and(|p| !p.is_null()) {
-        return Err(TokenError::Hash { algorithm: algorithm.oid.to_string() });
+        return Err(TokenError::Hash { algorithm: hash_name(algorithm.oid) });
     }
     let length = |_| TokenError::syntax("content", "a SHA-256 that is not 32 bytes long");
     imprint.hashed_message.as_bytes().try_into().map_err(length)

@@ -1,8 +1,9 @@
 //! Whether a token proves anything.
 
 use crate::asn1::{EssCertId, EssCertIdV2, ID_CT_TST_INFO, SigningCertificate};
+use crate::hashes::hash_name;
 use crate::token::Signer;
-use crate::{Token, TokenError, TrustAnchors, anchors};
+use crate::{Anchor, Token, TokenError, TrustAnchors};
 use const_oid::db::rfc5911::{
     ID_AA_SIGNING_CERTIFICATE, ID_AA_SIGNING_CERTIFICATE_V_2, ID_CONTENT_TYPE, ID_MESSAGE_DIGEST,
 };
@@ -29,8 +30,8 @@ pub struct Verified {
     pub signer: String,
     /// Whether a trust anchor vouches for the signer. If not, anybody can have made the token, with any time in it.
     pub trusted: bool,
-    /// The distinguished name of that anchor.
-    pub anchor: Option<String>,
+    /// That anchor.
+    pub anchor: Option<Anchor>,
 }
 
 impl Token {
@@ -109,8 +110,8 @@ impl Token {
         Err(TokenError::Signature { signer: self.signer.name.clone() })
     }
 
-    /// The name of the anchor at the end of the chain.
-    fn verify_chain(&self, anchors: &TrustAnchors) -> Result<String, TokenError> {
+    /// The anchor at the end of the chain.
+    fn verify_chain(&self, anchors: &TrustAnchors) -> Result<Anchor, TokenError> {
         let der = CertificateDer::from(self.signer.der.as_slice());
         let certificate = self.signer.end_entity(&der)?;
         let others = self.certificates.iter().map(|der| CertificateDer::from(der.as_slice()));
@@ -127,7 +128,7 @@ impl Token {
             None,
             None,
         );
-        path.map(|path| anchors::name(path.anchor())).map_err(|e| self.chain_error(&e))
+        path.map(|path| anchors.describe(path.anchor())).map_err(|e| self.chain_error(&e))
     }
 
     fn chain_error(&self, error: &webpki::Error) -> TokenError {
@@ -155,6 +156,9 @@ fn reason(error: &webpki::Error) -> String {
         E::InvalidSignatureForPublicKey => "a certificate is not signed with the key of its issuer",
         E::EndEntityUsedAsCa => "a certificate was issued by one that may not issue any",
         E::CaUsedAsEndEntity => "the certificate of the signer is one for issuing others",
+        E::UnsupportedSignatureAlgorithmContext(_) => {
+            "a certificate is signed by an algorithm that is too weak, such as one with SHA-1, or is not supported"
+        }
         E::RequiredEkuNotFoundContext(_) => "the certificate of an issuer is not for time stamps",
         other => return other.to_string(),
     };
@@ -244,7 +248,7 @@ fn hash(oid: ObjectIdentifier) -> Result<&'static digest::Algorithm, TokenError>
         ID_SHA_256 => Ok(&digest::SHA256),
         ID_SHA_384 => Ok(&digest::SHA384),
         ID_SHA_512 => Ok(&digest::SHA512),
-        _ => Err(TokenError::Algorithm { what: "the hash algorithm", algorithm: oid.to_string() }),
+        _ => Err(TokenError::Algorithm { what: "the hash algorithm", algorithm: hash_name(oid) }),
     }
 }
 

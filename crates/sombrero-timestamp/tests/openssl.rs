@@ -80,7 +80,11 @@ fn openssl_reads_stamps_and_agrees() {
         authority.run("ts -reply -config settings -queryfile request.tsq -out reply.tsr");
         let token = Token::from_der(&authority.read("reply.tsr")).unwrap();
         let verified = token.verify(&DIGEST, &authority.anchors()).unwrap();
-        assert_eq!((verified.trusted, verified.anchor.as_deref()), (true, Some("CN=root")));
+        let anchor = verified.anchor.unwrap();
+        assert_eq!((verified.trusted, anchor.subject.as_str()), (true, "CN=root"));
+        let shown = authority.run("x509 -in root.pem -noout -fingerprint -sha256");
+        let sha256: Vec<String> = anchor.sha256.iter().map(|byte| format!("{byte:02X}")).collect();
+        assert_eq!(shown.trim().split_once('=').unwrap().1, sha256.join(":"));
         assert_eq!(token.policy(), "1.3.6.1.4.1.99999.2");
         assert_eq!(nonce.map_or(Ok(()), |n| token.check_nonce(n)), Ok(()));
 

@@ -3,8 +3,11 @@
 
 mod common;
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use common::{DIGEST, anchors, data, token, token_out};
-use sombrero_timestamp::{AnchorError, Token, TokenError, TrustAnchors};
+use sha2::{Digest, Sha256};
+use sombrero_timestamp::{Anchor, AnchorError, Token, TokenError, TrustAnchors};
 use std::time::Duration;
 
 const GOOD: [(&str, &str); 7] = [
@@ -28,9 +31,27 @@ fn good_tokens_are_trusted() {
         let token = token(name);
         let verified = token.verify(&DIGEST, &anchors(&format!("{hierarchy}-root.pem"))).unwrap();
         assert!(verified.trusted, "{name}");
-        assert_eq!(verified.anchor, Some(format!("CN={hierarchy} root,O=Sombrero test")), "{name}");
+        let anchor = verified.anchor.unwrap();
+        assert_eq!(anchor.subject, format!("CN={hierarchy} root,O=Sombrero test"), "{name}");
+        assert_eq!(anchor.sha256, fingerprint(&format!("{hierarchy}-root.pem")), "{name}");
         assert_eq!((verified.time.as_str(), verified.signer.as_str()), (token.time(), token.signer()));
     }
+}
+
+/// SHA-256 of a certificate, found without the code under test.
+fn fingerprint(name: &str) -> [u8; 32] {
+    let pem = String::from_utf8(data(name)).unwrap();
+    let base64: String = pem.lines().filter(|line| !line.starts_with('-')).collect();
+    Sha256::digest(BASE64_STANDARD.decode(base64).unwrap()).into()
+}
+
+#[test]
+fn an_anchor_is_told_from_one_that_has_its_name() {
+    let [real, impostor] = ["rsa-root.pem", "impostor-root.pem"].map(fingerprint);
+    assert_ne!(real, impostor);
+    let both = TrustAnchors::from_pem(&[data("impostor-root.pem"), data("rsa-root.pem")].concat()).unwrap();
+    let anchor = token("rsa.tsr").verify(&DIGEST, &both).unwrap().anchor.unwrap();
+    assert_eq!(anchor, Anchor { subject: "CN=rsa root,O=Sombrero test".into(), sha256: real });
 }
 
 #[test]
@@ -119,7 +140,13 @@ fn a_token_for_another_digest_is_refused() {
 #[test]
 fn what_is_no_token_for_a_sha256_cannot_be_read() {
     let error = |name: &str| Token::from_der(&data(name)).unwrap_err();
-    assert_eq!(error("other-hash.tsr"), TokenError::Hash { algorithm: "2.16.840.1.101.3.4.2.3".into() });
+    for (name, algorithm) in [
+        ("other-hash.tsr", "SHA-512 (2.16.840.1.101.3.4.2.3)"),
+        ("sha1-digest.tsr", "SHA-1 (1.3.14.3.2.26)"),
+        ("md5-digest.tsr", "MD5 (1.2.840.113549.2.5)"),
+    ] {
+        assert_eq!(error(name), TokenError::Hash { algorithm: algorithm.into() });
+    }
     assert_eq!(error("no-certificate.tsr"), TokenError::NoCertificate);
     assert!(matches!(error("two-signatures.der"), TokenError::Syntax { part: "signature", .. }));
     assert!(matches!(error("not-a-stamp.der"), TokenError::Syntax { part: "signed data", .. }));
@@ -147,7 +174,12 @@ fn certificates_for_something_else_are_refused() {
 
 #[test]
 fn certificates_that_do_not_make_a_chain_are_refused() {
-    for (name, what) in [("leaf.der", "may not issue"), ("expired.der", "had expired")] {
+    for (name, what) in [
+        ("leaf.der", "may not issue"),
+        ("expired.der", "had expired"),
+        ("heir.der", "had expired"),
+        ("weak.der", "SHA-1"),
+    ] {
         let error = refusal(name);
         assert!(
             matches!(&error, TokenError::Chain { detail, .. } if detail.contains(what)),
@@ -185,6 +217,15 @@ fn a_critical_extension_must_be_understood() {
     assert_eq!((token.serial(), token.nonce(), token.accuracy()), ("-5", None, None));
     assert_eq!(token.time(), "2030-01-01T00:00:00Z");
     assert_eq!(token.check_nonce(0), Err(TokenError::Nonce { expected: "0".into(), found: "absent".into() }));
+}
+
+#[test]
+fn a_signature_with_sha1_is_refused() {
+    let error = refusal("rsa-sha1.tsr");
+    assert!(
+        matches!(&error, TokenError::Algorithm { algorithm, .. } if algorithm.starts_with("SHA-1 ")),
+        "{error}"
+    );
 }
 
 #[test]

@@ -61,13 +61,13 @@ key() {
 own() {
     openssl req -new -x509 -config settings -extensions "$2" -key "$1.key" -sha256 -days 36500 -subj "$3" -out "$1.pem"
 }
-# issue <name> <issuer> <extensions> <subject>
+# issue <name> <issuer> <extensions> <subject> [hash]
 issue() {
     openssl req -new -config settings -key "$1.key" -subj "$4" -out "$1.csr"
-    openssl x509 -req -in "$1.csr" -CA "$2.pem" -CAkey "$2.key" -CAcreateserial -sha256 -days 36500 \
+    openssl x509 -req -in "$1.csr" -CA "$2.pem" -CAkey "$2.key" -CAcreateserial "-${5:-sha256}" -days 36500 \
         -extfile settings -extensions "$3" -out "$1.pem" 2> "$1.log"
 }
-# authority <name> <signer> <others> <signature hash> <hash that names the certificate> <fraction digits>
+# authority <name> <signer> <others> <signature hash> <hash that names the certificate> <fraction digits> [digests]
 authority() {
     cat > "$1.cnf" <<END
 [tsa]
@@ -79,7 +79,7 @@ certs = $3
 signer_key = $2.key
 signer_digest = $4
 default_policy = 1.3.6.1.4.1.99999.1
-digests = sha256, sha512
+digests = ${7:-sha256, sha512}
 accuracy = secs:1, millisecs:500, microsecs:100
 clock_precision_digits = $6
 tsa_name = yes
@@ -130,6 +130,19 @@ openssl req -new -config settings -key expired.key -subj "/O=Sombrero test/CN=ex
 openssl ca -batch -notext -config settings -name database -cert rsa-intermediate.pem -keyfile rsa-intermediate.key \
     -startdate 20000101000000Z -enddate 20010101000000Z -extfile settings -extensions tsa \
     -in expired.csr -out expired.pem 2> log
+# Valid itself, but its issuer had expired long before.
+key old-intermediate rsa
+openssl req -new -config settings -key old-intermediate.key -subj "/O=Sombrero test/CN=old intermediate" \
+    -out old-intermediate.csr
+openssl ca -batch -notext -config settings -name database -cert rsa-root.pem -keyfile rsa-root.key \
+    -startdate 20000101000000Z -enddate 20010101000000Z -extfile settings -extensions intermediate \
+    -in old-intermediate.csr -out old-intermediate.pem 2> log
+key heir rsa
+issue heir old-intermediate tsa "/O=Sombrero test/CN=heir"
+cat old-intermediate.pem rsa-root.pem > old-chain.pem
+# Issued with a SHA-1, which can be made to collide.
+key weak rsa
+issue weak rsa-intermediate tsa "/O=Sombrero test/CN=weak" sha1
 # Issued by nobody else.
 key self rsa
 own self self "/O=Sombrero test/CN=nobody"
@@ -142,6 +155,7 @@ printf 'another key' > other
 openssl ts -query -data other -sha256 -cert -out other.tsq 2> log
 openssl ts -query -data key -sha256 -out nocert.tsq 2> log
 openssl ts -query -data key -sha1 -cert -out sha1.tsq 2> log
+openssl ts -query -data key -md5 -cert -out md5.tsq 2> log
 
 authority rsa rsa-tsa rsa-chain.pem sha256 sha256 0
 authority rsa512 rsa-tsa rsa-chain.pem sha512 sha1 0
@@ -149,6 +163,8 @@ authority rsa384 rsa-tsa rsa-chain.pem sha384 sha512 0
 authority ec ec-tsa ec-chain.pem sha256 sha256 6
 authority ec512 ec-tsa ec-chain.pem sha512 sha256 0
 authority p384 p384-tsa ec-chain.pem sha384 sha384 0
+authority lax rsa-tsa rsa-chain.pem sha256 sha256 0 "sha1, md5"
+authority rsa1 rsa-tsa rsa-chain.pem sha1 sha256 0
 reply key.tsq rsa rsa.tsr
 reply key.tsq rsa512 rsa-sha512.tsr
 reply key.tsq rsa384 rsa-sha384.tsr
@@ -157,6 +173,9 @@ reply key.tsq ec512 ec-sha512.tsr
 reply key.tsq p384 p384.tsr
 reply other.tsq rsa other-digest.tsr
 reply sha512.tsq rsa other-hash.tsr
+reply sha1.tsq lax sha1-digest.tsr
+reply md5.tsq lax md5-digest.tsr
+reply key.tsq rsa1 rsa-sha1.tsr
 reply nocert.tsq rsa no-certificate.tsr
 # A hash that the authority does not take.
 reply sha1.tsq rsa rejected.tsr || true
@@ -167,8 +186,9 @@ reply key.tsq self self-signed.tsr
 # What no authority of OpenSSL signs is signed as mere CMS.
 openssl ts -reply -in "$here/rsa.tsr" -token_out -out token.der 2> log
 openssl cms -verify -noverify -inform DER -in token.der -binary -out content.der 2> log
-for kind in nousage uncritical twousages expired; do sign "$kind.der" "$kind" -cades; done
+for kind in nousage uncritical twousages expired weak; do sign "$kind.der" "$kind" -cades; done
 sign leaf.der leaf -cades -certfile leaf-chain.pem
+sign heir.der heir -cades -certfile old-chain.pem
 sign pss.der rsa-tsa -cades -keyopt rsa_padding_mode:pss -keyopt rsa_pss_saltlen:32
 sign key-identifier.der rsa-tsa -cades -keyid
 sign unnamed-certificate.der rsa-tsa
