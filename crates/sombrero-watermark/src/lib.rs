@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod commitment;
+mod copy_secret;
 mod embedding;
 mod key;
 mod parameters;

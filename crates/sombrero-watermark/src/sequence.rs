@@ -97,7 +97,7 @@ impl fmt::Debug for OriginalDigest {
     }
 }
 
-fn hash_part(hash: &mut Sha256, part: &[u8]) {
+pub(crate) fn hash_part(hash: &mut Sha256, part: &[u8]) {
     hash.update((part.len() as u64).to_le_bytes());
     hash.update(part);
 }

@@ -7,7 +7,6 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{Answer, Context, Outcome, batch, files};
 use serde_json::json;
-use sha2::{Digest, Sha256};
 use sombrero::watermark::{Identity, Key, OriginalDigest, Parameters, Secret};
 use std::path::{Path, PathBuf};
 
@@ -129,18 +128,8 @@ pub(super) fn own_secret(
     original: &OriginalDigest,
     identity: &Identity,
 ) -> Result<Secret, Failure> {
-    let Some(given) = given else { return files::new_secret() };
-    let mut hash = Sha256::new();
-    let original = original.sha256();
-    for part in [
-        b"sombrero copy 1",
-        &given.0[..],
-        &original,
-        identity.owner.as_bytes(),
-        identity.recipient.as_bytes(),
-    ] {
-        hash.update((part.len() as u64).to_le_bytes());
-        hash.update(part);
+    match given {
+        Some(given) => Ok(given.for_copy(original, identity)),
+        None => files::new_secret(),
     }
-    Ok(Secret(hash.finalize().into()))
 }
