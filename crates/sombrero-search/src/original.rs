@@ -1,25 +1,25 @@
-//! An original that is ready for any number of suspects and keys. It holds no key (Law 1): what is computed here
-//! cannot depend on a watermark.
+//! An original that is ready for any number of suspects. It holds no key (Law 1): what is computed here cannot depend
+//! on a watermark.
 
-use crate::detect::DetectError;
-use crate::timing::Stages;
-use crate::{Model, PreparedBasis, Suspect};
+use crate::error::OriginalError;
+use crate::model::Model;
+use crate::stages::Stages;
+use crate::suspect::Suspect;
 use nalgebra::Point3;
-use sombrero_basis::Basis;
+use sombrero_basis::{Basis, BasisOptions};
 use sombrero_extraction::{EstimateError, Extractor};
-use sombrero_io::Document;
+use sombrero_mesh::Soup;
 use sombrero_registration::{Reference, RegistrationError};
-use sombrero_watermark::Parameters;
 use std::sync::OnceLock;
 
-/// What all keys of one original and the same parameters share.
+/// A model, the basis over its points, and what is computed from them once for all suspects.
 #[derive(Debug)]
-pub(crate) struct Original {
-    pub(crate) parameters: Parameters,
-    pub(crate) model: Model,
-    pub(crate) basis: Basis,
+pub struct Original {
+    model: Model,
+    basis: Basis,
     /// [`Basis::digest`].
-    pub(crate) basis_digest: [u8; 32],
+    basis_digest: [u8; 32],
+    epsilon: f64,
     /// As the file has them.
     triangles: Vec<[u32; 3]>,
     /// Computed when the first suspect asks for them.
@@ -28,52 +28,89 @@ pub(crate) struct Original {
 }
 
 impl Original {
-    /// Takes the stored basis at its word; without one it is computed.
-    pub(crate) fn new(
-        file: &Document,
-        parameters: Parameters,
-        stored: Option<PreparedBasis>,
-    ) -> Result<Self, DetectError> {
+    /// The vertices and triangles that a file stores, with the basis computed. Coefficient 1 moves the centre of its
+    /// function by `epsilon` times the function's amplitude.
+    ///
+    /// # Errors
+    /// [`OriginalError`] when there is no face or the mesh cannot carry the basis.
+    pub fn new(stored: &Soup, options: &BasisOptions, epsilon: f64) -> Result<Self, OriginalError> {
         // Timed for those who listen to the events; the caller times the whole.
         let mut seconds = Stages::default();
-        let mut model = seconds.time("weld", || Model::new(&file.soup()));
-        if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
-            return Err(DetectError::NoFaces { which: "original" });
+        let model = model(stored, &mut seconds)?;
+        let mut progressive = seconds.time("conversion", || model.progressive());
+        let basis = seconds.time("basis", || model.basis_of(&mut progressive, options))?;
+        drop(progressive);
+        Self::of_parts(stored, model, basis, epsilon)
+    }
+
+    /// [`Original::new`] with a basis that was computed before, which is taken at its word.
+    ///
+    /// # Errors
+    /// [`OriginalError`] when there is no face or the basis has another number of points.
+    pub fn with_basis(stored: &Soup, basis: Basis, epsilon: f64) -> Result<Self, OriginalError> {
+        let model = model(stored, &mut Stages::default())?;
+        Self::of_parts(stored, model, basis, epsilon)
+    }
+
+    fn of_parts(stored: &Soup, mut model: Model, basis: Basis, epsilon: f64) -> Result<Self, OriginalError> {
+        let (rows, points) = (basis.vertex_count(), model.soup().points.len());
+        if rows != points {
+            return Err(OriginalError::OtherBasis { rows, points });
         }
-        let basis = match stored {
-            Some(PreparedBasis(basis)) => basis,
-            None => {
-                let mut progressive = seconds.time("conversion", || model.progressive());
-                seconds.time("basis", || model.basis_of(&mut progressive, &parameters.basis))?
-            }
-        };
         model.forget_repaired();
-        let (extractor, reference) = (OnceLock::new(), OnceLock::new());
         Ok(Self {
-            parameters,
             model,
             basis_digest: basis.digest(),
             basis,
-            triangles: file.triangles().to_vec(),
-            extractor,
-            reference,
+            epsilon,
+            triangles: stored.triangles.clone(),
+            extractor: OnceLock::new(),
+            reference: OnceLock::new(),
         })
     }
 
-    /// A file as a suspect of this original.
-    pub(crate) fn suspect(&self, file: &Document) -> Suspect {
-        Suspect::new(file, &self.model, &self.triangles)
+    /// A file's vertices and triangles as a suspect of this original.
+    pub fn suspect(&self, stored: &Soup) -> Suspect {
+        Suspect::new(stored, &self.model, &self.triangles)
     }
 
-    pub(crate) fn extractor(&self) -> Result<&Extractor, EstimateError> {
+    /// The original as the method sees it.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The basis, over the model's points.
+    pub fn basis(&self) -> &Basis {
+        &self.basis
+    }
+
+    /// [`Basis::digest`] of the basis.
+    pub fn basis_digest(&self) -> &[u8; 32] {
+        &self.basis_digest
+    }
+
+    /// ε, the strength in units of which coefficients are estimated.
+    pub fn epsilon(&self) -> f64 {
+        self.epsilon
+    }
+
+    /// What estimates coefficients, computed when first asked for.
+    ///
+    /// # Errors
+    /// [`EstimateError`] when basis, ε and points do not permit it.
+    pub fn extractor(&self) -> Result<&Extractor, EstimateError> {
         if let Some(made) = self.extractor.get() {
             return Ok(made);
         }
-        let made = Extractor::new(&self.basis, self.parameters.epsilon, self.model.soup())?;
+        let made = Extractor::new(&self.basis, self.epsilon, self.model.soup())?;
         Ok(self.extractor.get_or_init(|| made))
     }
 
-    pub(crate) fn reference(&self) -> Result<&Reference, RegistrationError> {
+    /// What suspects are registered to, computed when first asked for.
+    ///
+    /// # Errors
+    /// [`RegistrationError`] when the surface is none that can be registered to.
+    pub fn reference(&self) -> Result<&Reference, RegistrationError> {
         if let Some(made) = self.reference.get() {
             return Ok(made);
         }
@@ -81,8 +118,11 @@ impl Original {
         Ok(self.reference.get_or_init(|| made))
     }
 
-    /// Share of the area whose three corners were found.
-    pub(crate) fn coverage(&self, found: &[Option<Point3<f64>>]) -> f64 {
+    /// Share of the area, 0 to 1, whose three corners were found. `found` has an entry for each of the model's points.
+    ///
+    /// # Panics
+    /// When `found` is shorter.
+    pub fn coverage(&self, found: &[Option<Point3<f64>>]) -> f64 {
         let soup = self.model.soup();
         let area = |corners: &[u32; 3]| {
             let [a, b, c] = corners.map(|v| &soup.points[v as usize]);
@@ -94,4 +134,12 @@ impl Original {
         let covered: f64 = 0.0 + soup.triangles.iter().filter(present).map(area).sum::<f64>();
         if total > 0.0 { covered / total } else { 0.0 }
     }
+}
+
+fn model(stored: &Soup, seconds: &mut Stages) -> Result<Model, OriginalError> {
+    let model = seconds.time("weld", || Model::new(stored));
+    if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
+        return Err(OriginalError::NoFaces);
+    }
+    Ok(model)
 }

@@ -1,7 +1,7 @@
-//! How long each stage of a job took.
+//! How long each stage of a job took. The clock is the one of `std`, and in a browser that of the page.
 
 use serde::{Serialize, Serializer};
-use std::time::Instant;
+use web_time::Instant;
 
 /// Stages in the order in which they ran, with wall-clock seconds. Serializes as one object.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -13,7 +13,7 @@ impl Stages {
 
     /// Runs `work` and adds its time to that of the stage `name`. Who listens to [`Stages::TARGET`] is told when it begins
     /// and, with its seconds, when it is over.
-    pub(crate) fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+    pub fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
         tracing::debug!(target: Stages::TARGET, stage = name);
         let start = Instant::now();
         let result = work();
@@ -24,7 +24,7 @@ impl Stages {
     }
 
     /// Adds the stages of another job, in their order.
-    pub(crate) fn add(&mut self, other: Self) {
+    pub fn add(&mut self, other: Self) {
         for (name, seconds) in other.0 {
             match self.0.iter_mut().find(|stage| stage.0 == name) {
                 Some(stage) => stage.1 += seconds,

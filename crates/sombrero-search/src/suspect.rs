@@ -1,8 +1,7 @@
-//! A suspect as detection takes it.
+//! A suspect as the search takes it.
 
-use crate::Model;
+use crate::model::Model;
 use nalgebra::Point3;
-use sombrero_io::Document;
 use sombrero_mesh::Soup;
 
 /// A surface, and what is known of its correspondence with the original.
@@ -16,12 +15,12 @@ pub struct Suspect {
 }
 
 impl Suspect {
-    /// A file. Its correspondence is known when it has as many vertices as the original and the same
-    /// triangles in the same order.
-    pub fn new(file: &Document, model: &Model, original_triangles: &[[u32; 3]]) -> Self {
+    /// Vertices and triangles as a file stores them. Their correspondence is known when there are as many vertices as
+    /// in the original's file and the same triangles in the same order.
+    pub fn new(stored: &Soup, model: &Model, original_triangles: &[[u32; 3]]) -> Self {
         let same =
-            file.points().len() == model.point_of_stored().len() && file.triangles() == original_triangles;
-        let found = || model.points_from_stored(file.points()).into_iter().map(Some).collect();
-        Self { soup: Model::new(&file.soup()).into_soup(), correspondence: same.then(found) }
+            stored.points.len() == model.point_of_stored().len() && stored.triangles == original_triangles;
+        let found = || model.points_from_stored(&stored.points).into_iter().map(Some).collect();
+        Self { soup: Model::new(stored).into_soup(), correspondence: same.then(found) }
     }
 }

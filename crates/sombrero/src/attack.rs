@@ -1,10 +1,10 @@
 //! Attacks on files.
 
-use crate::Model;
 use rand::Rng;
 use sombrero_attacks::{Attack, AttackError, apply_all};
 use sombrero_io::{Document, WriteError, encode};
 use sombrero_mesh::Soup;
+use sombrero_search::Model;
 use thiserror::Error;
 
 /// Why a file cannot be attacked.

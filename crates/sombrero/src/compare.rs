@@ -1,8 +1,8 @@
 //! How far two files are apart.
 
-use crate::Model;
 use serde::Serialize;
 use sombrero_io::Document;
+use sombrero_search::Model;
 use sombrero_spatial::{DistanceOptions, compare as surface_distance};
 use thiserror::Error;
 

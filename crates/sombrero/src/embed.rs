@@ -1,7 +1,5 @@
 //! Marks a file.
 
-use crate::Model;
-use crate::timing::Stages;
 use nalgebra::Point3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -10,6 +8,7 @@ use sombrero_attacks::noise;
 use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_extraction::{ExtractError, extract};
 use sombrero_io::{Companion, Document, Limits, ParseError, Rewrite, Rewritten, WriteError};
+use sombrero_search::{Model, Stages};
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
 use sombrero_watermark::{
     Distortion, Identity, Key, OriginalDigest, Parameters, Secret, embed as insert, normal_change,

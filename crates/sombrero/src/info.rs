@@ -1,12 +1,12 @@
 //! What a mesh file is, and whether it can be marked.
 
-use crate::Model;
 use serde::Serialize;
 use sombrero_basis::{Basis, BasisOptions};
 use sombrero_io::Document;
 use sombrero_mesh::repair::{Repaired, Report};
 use sombrero_mesh::{geometry, topology};
 use sombrero_progressive::ProgressiveMesh;
+use sombrero_search::Model;
 
 /// Counts, topology, size and attributes of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]

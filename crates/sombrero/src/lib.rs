@@ -5,25 +5,20 @@ mod compare;
 mod detect;
 mod embed;
 mod info;
-mod model;
-mod original;
 mod prepared_basis;
 pub mod report;
-mod suspect;
-mod timing;
+mod trace;
 
 pub use attack::{AttackFileError, AttackedFile, attack};
 pub use compare::{CompareError, Comparison, compare};
 pub use detect::{
-    Alignment, DetectError, DetectOptions, Detection, Detector, FLOORS, Method, Named, Rejected, Test, Trace,
-    Tracer, Variant, When, detect,
+    Alignment, DetectError, DetectOptions, Detection, Detector, FLOORS, Method, Test, Variant, detect,
 };
 pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Embedder, Marked, embed};
 pub use info::{Corners, Info, info};
-pub use model::Model;
 pub use prepared_basis::{PreparedBasis, PreparedBasisError};
-pub use suspect::Suspect;
-pub use timing::Stages;
+pub use sombrero_search::{Model, SearchError, Stages, Suspect, When};
+pub use trace::{Named, Rejected, Trace, Tracer};
 
 pub use sombrero_attacks as attacks;
 pub use sombrero_basis as basis;
@@ -35,6 +30,7 @@ pub use sombrero_progressive as progressive;
 pub use sombrero_registration as registration;
 pub use sombrero_render as render;
 pub use sombrero_resampling as resampling;
+pub use sombrero_search as search;
 pub use sombrero_shapes as shapes;
 pub use sombrero_spatial as spatial;
 pub use sombrero_stats as stats;

@@ -10,7 +10,7 @@ use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::mesh::Soup;
 use sombrero::report::{DetectionReport, detection_report};
 use sombrero::watermark::Key;
-use sombrero::{DetectError, DetectOptions, Detection, Detector, PreparedBasis};
+use sombrero::{DetectError, DetectOptions, Detection, Detector, PreparedBasis, SearchError};
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -243,7 +243,9 @@ fn failure(args: &Detect, suspect: &Path, error: &DetectError) -> Failure {
     match error {
         DetectError::Key(_) | DetectError::Basis(_) => Failure::about("key", &args.key, error),
         DetectError::NoFaces { which: "original" } => Failure::about("mesh", &args.original, error),
-        DetectError::NeedsResampling => Failure::about("needs_resampling", suspect, error),
+        DetectError::Search(SearchError::NeedsResampling) => {
+            Failure::about("needs_resampling", suspect, error)
+        }
         DetectError::Threshold { .. } => Failure::new("usage", error.to_string()),
         _ => Failure::about("suspect", suspect, error),
     }

@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::{Answer, Context, files};
 use serde::Serialize;
 use sombrero::watermark::{Key, KeyError};
-use sombrero::{Alignment, DetectError, DetectOptions, Named, Stages, Trace, Tracer};
+use sombrero::{Alignment, DetectError, DetectOptions, Named, SearchError, Stages, Trace, Tracer};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -59,7 +59,9 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let failed = |e: &DetectError| match e {
         DetectError::Basis(_) => Failure::about("keys", &args.keys, e),
         DetectError::NoFaces { which: "original" } => Failure::about("mesh", &args.original, e),
-        DetectError::NeedsResampling => Failure::about("needs_resampling", &args.suspect, e),
+        DetectError::Search(SearchError::NeedsResampling) => {
+            Failure::about("needs_resampling", &args.suspect, e)
+        }
         DetectError::Threshold { .. } => Failure::new("usage", e.to_string()),
         _ => Failure::about("suspect", &args.suspect, e),
     };

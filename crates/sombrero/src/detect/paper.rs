@@ -1,10 +1,8 @@
 //! The paper's method: with and without registration, with and without resampling, and the best counts.
 
-use super::{
-    Alignment, DetectError, DetectOptions, Detection, Detector, Method, Test, Variant, When, few, rows,
-};
-use crate::Suspect;
-use crate::timing::Stages;
+use super::detection::{Alignment, Detection, Test, Variant, few};
+use super::error::DetectError;
+use super::options::{DetectOptions, Method};
 use nalgebra::{Point3, Similarity3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -12,22 +10,24 @@ use sombrero_extraction::{Extraction, extract};
 use sombrero_mesh::Soup;
 use sombrero_registration::{RegisterOptions, Registration, register};
 use sombrero_resampling::{ResampleOptions, resample};
+use sombrero_search::{Original, SearchError, Stages, Suspect, When};
 use sombrero_stats::{WatermarkTest, WatermarkTestOptions, best_of, watermark_test};
 
 pub(super) fn detect(
-    detector: &Detector,
+    original: &Original,
+    watermark: &[f64],
     suspect: &Suspect,
     options: &DetectOptions,
 ) -> Result<Detection, DetectError> {
     let plan = plan(options, suspect.correspondence.is_some())?;
-    let mut search = Search::new(detector, suspect, options);
+    let mut attempts = Attempts::new(original, watermark, suspect, options);
     for &(registration, resampling) in &plan {
-        search.attempt(registration, resampling)?;
-        if search.is_certain(plan.len()) {
+        attempts.attempt(registration, resampling)?;
+        if attempts.is_certain(plan.len()) {
             break;
         }
     }
-    search.finish(plan.len())
+    attempts.finish(plan.len())
 }
 
 /// The variants to try as (registration, resampling), cheapest first.
@@ -43,12 +43,13 @@ fn plan(options: &DetectOptions, corresponds: bool) -> Result<Vec<(bool, bool)>,
     let plan: Vec<(bool, bool)> = resampling
         .flat_map(|second| choices(options.registration).iter().map(move |&first| (first, second)))
         .collect();
-    if plan.is_empty() { Err(DetectError::NeedsResampling) } else { Ok(plan) }
+    if plan.is_empty() { Err(SearchError::NeedsResampling.into()) } else { Ok(plan) }
 }
 
 /// One detection under way.
-struct Search<'a> {
-    detector: &'a Detector,
+struct Attempts<'a> {
+    original: &'a Original,
+    watermark: &'a [f64],
     suspect: &'a Suspect,
     options: &'a DetectOptions,
     /// Computed when the first variant asks for it.
@@ -66,10 +67,15 @@ struct Outcome {
     found: Vec<Option<Point3<f64>>>,
 }
 
-impl<'a> Search<'a> {
-    fn new(detector: &'a Detector, suspect: &'a Suspect, options: &'a DetectOptions) -> Self {
+impl<'a> Attempts<'a> {
+    fn new(
+        original: &'a Original,
+        watermark: &'a [f64],
+        suspect: &'a Suspect,
+        options: &'a DetectOptions,
+    ) -> Self {
         let (outcomes, seconds, warnings) = (Vec::new(), Stages::default(), Vec::new());
-        Self { detector, suspect, options, registration: None, outcomes, seconds, warnings }
+        Self { original, watermark, suspect, options, registration: None, outcomes, seconds, warnings }
     }
 
     /// Tries one variant. A step that cannot be done is a warning, unless the user insisted on it.
@@ -77,7 +83,9 @@ impl<'a> Search<'a> {
         let insisted = (registration && self.options.registration == When::Always)
             || (resampling && self.options.resampling == When::Always);
         match self.attempt_or_fail(registration, resampling) {
-            Err(error @ (DetectError::Registration(_) | DetectError::Resampling(_))) if !insisted => {
+            Err(error @ (DetectError::Search(SearchError::Registration(_)) | DetectError::Resampling(_)))
+                if !insisted =>
+            {
                 let sentence = format!("A variant was left out: {error}.");
                 if !self.warnings.contains(&sentence) {
                     self.warnings.push(sentence);
@@ -94,12 +102,11 @@ impl<'a> Search<'a> {
             Some(known) if !resampling => known.iter().map(|p| p.map(|p| similarity * p)).collect(),
             _ => self.resample(&similarity)?,
         };
-        let (model, basis, key) = (self.detector.model(), self.detector.basis(), self.detector.key());
-        let points = &model.soup().points;
-        let extraction =
-            self.seconds.time("extraction", || extract(basis, key.parameters.epsilon, points, &found))?;
+        let (basis, epsilon) = (self.original.basis(), self.original.epsilon());
+        let points = &self.original.model().soup().points;
+        let extraction = self.seconds.time("extraction", || extract(basis, epsilon, points, &found))?;
         let test =
-            watermark_test(&key.watermark, &extraction.coefficients, &WatermarkTestOptions::default())?;
+            watermark_test(self.watermark, &extraction.coefficients, &WatermarkTestOptions::default())?;
         let variant = Variant {
             registration,
             resampling,
@@ -117,15 +124,12 @@ impl<'a> Search<'a> {
         if let Some(known) = &self.registration {
             return Ok(known.reference_from_suspect);
         }
-        let (detector, suspect) = (self.detector, &self.suspect.soup);
+        let (original, suspect) = (self.original, &self.suspect.soup);
+        let options = RegisterOptions::default();
         let found = self.seconds.time("registration", || {
-            register(
-                detector.original.reference()?,
-                &suspect.points,
-                &suspect.triangles,
-                &RegisterOptions::default(),
-            )
-        })?;
+            register(original.reference()?, &suspect.points, &suspect.triangles, &options)
+        });
+        let found = found.map_err(SearchError::from)?;
         let similarity = found.reference_from_suspect;
         self.registration = Some(found);
         Ok(similarity)
@@ -135,7 +139,7 @@ impl<'a> Search<'a> {
         let moved = self.suspect.soup.points.iter().map(|p| similarity * p).collect();
         let suspect = Soup::new(moved, self.suspect.soup.triangles.clone());
         let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
-        let original = self.detector.model().soup();
+        let original = self.original.model().soup();
         let resampled = self
             .seconds
             .time("resampling", || resample(original, &suspect, &ResampleOptions::default(), &mut rng))?;
@@ -154,7 +158,7 @@ impl<'a> Search<'a> {
         let variants: Vec<Variant> = self.outcomes.iter().map(|o| o.variant).collect();
         let best = (0..variants.len()).min_by(|&i, &j| variants[i].log10_p.total_cmp(&variants[j].log10_p));
         let Some(best) = best.map(|i| self.outcomes.swap_remove(i)) else {
-            return Err(DetectError::NothingWorked { reasons: self.warnings.join(" ") });
+            return Err(SearchError::NothingWorked { reasons: self.warnings.join(" ") }.into());
         };
         let p = best_of(best.test.p, planned);
         let aligned = self.registration.filter(|_| best.variant.registration);
@@ -166,22 +170,16 @@ impl<'a> Search<'a> {
             threshold: self.options.threshold,
             correlation: best.variant.correlation,
             coefficients_used: best.test.used,
-            coverage: self.detector.original.coverage(&best.found),
+            coverage: self.original.coverage(&best.found),
             method: Method::Paper,
             variant: best.variant,
             variants,
             variants_counted: planned,
-            registration: aligned.as_ref().map(alignment),
+            registration: aligned.as_ref().map(Alignment::of_registration),
             extracted: best.extraction.coefficients,
             found: best.found,
             seconds: self.seconds,
             warnings: self.warnings,
         })
     }
-}
-
-fn alignment(registration: &Registration) -> Alignment {
-    let matrix = rows(&registration.reference_from_suspect.to_homogeneous());
-    let Registration { rms, overlap, iterations, converged, .. } = *registration;
-    Alignment { matrix, rms, overlap, iterations, converged }
 }

@@ -2,12 +2,12 @@
 //!
 //! Every test on the way counts as a variant.
 
-use super::search::{Hypothesis, KeyTest, SearchOutcome, search};
-use super::{Alignment, DetectError, DetectOptions, Detection, Detector, Method, Test, Variant, few, rows};
-use crate::Suspect;
-use crate::timing::Stages;
-use nalgebra::{Affine3, Point3};
+use super::detection::{Alignment, Detection, Test, Variant, few, positions};
+use super::error::DetectError;
+use super::options::{DetectOptions, Method};
+use nalgebra::Affine3;
 use sombrero_extraction::Estimate;
+use sombrero_search::{Examiner, Hypothesis, Original, SearchError, SearchOutcome, Stages, Suspect, search};
 use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, best_of, watermark_test};
 
 /// Least standard errors for the ellipsoid test, in standard deviations of the watermark: residuals of a structured
@@ -15,24 +15,25 @@ use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, best_of, w
 pub const FLOORS: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
 /// The correlation and the ellipsoids.
-pub(super) const TESTS: usize = 1 + FLOORS.len();
+pub(crate) const TESTS: usize = 1 + FLOORS.len();
 
 pub(super) fn detect(
-    detector: &Detector,
+    original: &Original,
+    watermark: &[f64],
     suspect: &Suspect,
     options: &DetectOptions,
 ) -> Result<Detection, DetectError> {
-    let judge = OneKey { watermark: &detector.key.watermark, best: None, variants: Vec::new() };
-    let SearchOutcome { judge, counted, seconds, mut warnings } =
-        search(&detector.original, suspect, options, judge)?;
-    let OneKey { best: Some(best), variants, .. } = judge else {
-        return Err(DetectError::NeedsResampling);
+    let one_key = OneKey { watermark, best: None, variants: Vec::new() };
+    let SearchOutcome { examiner, counted, seconds, mut warnings, .. } =
+        search(original, suspect, &options.search(), one_key)?;
+    let OneKey { best: Some(best), variants, .. } = examiner else {
+        return Err(SearchError::NeedsResampling.into());
     };
     let p = best_of(best.p, counted);
     let Outcome { variant, estimate, pose, used, .. } = best;
     warnings.extend(few(used));
     let found = positions(&estimate);
-    let coverage = detector.original.coverage(&found);
+    let coverage = original.coverage(&found);
     Ok(Detection {
         detected: p.log10() <= options.threshold.log10(),
         p_value: p.p(),
@@ -45,28 +46,12 @@ pub(super) fn detect(
         variant,
         variants,
         variants_counted: counted,
-        registration: pose.map(|pose| alignment(&pose, &estimate, coverage)),
+        registration: pose.map(|pose| Alignment::of_estimate(&pose, &estimate, coverage)),
         extracted: estimate.known(),
         found,
         seconds,
         warnings,
     })
-}
-
-/// Where each point of the original is on the suspect, in the original's coordinates.
-pub(super) fn positions(estimate: &Estimate) -> Vec<Option<Point3<f64>>> {
-    let place = |(p, present): (&Point3<f64>, &bool)| present.then_some(*p);
-    estimate.positions.iter().zip(&estimate.present).map(place).collect()
-}
-
-pub(super) fn alignment(pose: &Affine3<f64>, estimate: &Estimate, overlap: f64) -> Alignment {
-    Alignment {
-        matrix: rows(&pose.to_homogeneous()),
-        rms: estimate.residual_rms,
-        overlap,
-        iterations: estimate.iterations,
-        converged: estimate.converged,
-    }
 }
 
 /// Looks for one watermark, and keeps account of every test.
@@ -85,17 +70,18 @@ struct Outcome {
     pose: Option<Affine3<f64>>,
 }
 
-impl KeyTest for OneKey<'_> {
+impl Examiner for OneKey<'_> {
+    type Error = DetectError;
     const TESTS: usize = TESTS;
 
-    fn see(
+    fn examine(
         &mut self,
-        hypothesis: Hypothesis,
+        hypothesis: &Hypothesis,
         estimate: &Estimate,
         seconds: &mut Stages,
     ) -> Result<(), DetectError> {
         let w = self.watermark;
-        let Hypothesis { nuisance, resampling, pose } = hypothesis;
+        let Hypothesis { nuisance, resampling, pose, .. } = *hypothesis;
         let extracted = estimate.known();
         let correlation = watermark_test(w, &extracted, &WatermarkTestOptions::default())?;
         let ellipsoid =

@@ -5,18 +5,15 @@
 //! carry all of their marks weakly, and each is noise to the rest until it is accounted for. Every test of every key
 //! counts: the chance to name anyone who had no part is at most p.
 
-use super::robust::{self, FLOORS, alignment, positions};
-use super::search::{Hypothesis, KeyTest, SearchOutcome, search};
-use super::{Alignment, DetectError, DetectOptions};
-use crate::original::Original;
-use crate::timing::Stages;
+use crate::detect::{Alignment, DetectError, DetectOptions, FLOORS, positions, robust};
 use nalgebra::Affine3;
 use rayon::prelude::*;
 use serde::Serialize;
 use sombrero_extraction::Estimate;
 use sombrero_io::Document;
+use sombrero_search::{Examiner, Hypothesis, Original, SearchOutcome, Stages, search};
 use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, accuse, best_of, watermark_test};
-use sombrero_watermark::{Key, Mismatch, OriginalDigest};
+use sombrero_watermark::{Key, Mismatch, OriginalDigest, Parameters};
 
 /// An original with all the keys that were made for it.
 #[derive(Debug)]
@@ -28,6 +25,7 @@ pub struct Tracer {
 /// Keys of equal parameters, which share everything but their watermarks.
 #[derive(Debug)]
 struct Group {
+    parameters: Parameters,
     original: Original,
     /// Places in [`Tracer::keys`].
     keys: Vec<usize>,
@@ -98,15 +96,16 @@ impl Tracer {
                 rejected.push(Rejected { index, reason });
                 continue;
             }
-            let place = match groups.iter().position(|group| group.original.parameters == key.parameters) {
+            let place = match groups.iter().position(|group| group.parameters == key.parameters) {
                 Some(place) => place,
                 None => {
-                    let original = Original::new(original, key.parameters, None)?;
-                    groups.push(Group { original, keys: Vec::new() });
+                    let parameters @ Parameters { basis, epsilon } = key.parameters;
+                    let original = Original::new(&original.soup(), &basis, epsilon)?;
+                    groups.push(Group { parameters, original, keys: Vec::new() });
                     groups.len() - 1
                 }
             };
-            match key.check_basis(&groups[place].original.basis_digest) {
+            match key.check_basis(groups[place].original.basis_digest()) {
                 Ok(()) => groups[place].keys.push(index),
                 Err(reason) => rejected.push(Rejected { index, reason }),
             }
@@ -144,24 +143,25 @@ impl Tracer {
         let mut alone: Vec<(usize, Score)> = Vec::new();
         let mut best = LogProbability::ONE;
         for group in &self.groups {
-            let suspect = group.original.suspect(suspect);
+            let suspect = group.original.suspect(&suspect.soup());
             options.check(&suspect)?;
             let watermarks = group.keys.iter().map(|&i| self.keys[i].watermark.as_slice()).collect();
-            let SearchOutcome { judge, counted, seconds, warnings } =
-                search(&group.original, &suspect, options, ManyKeys::new(watermarks))?;
+            let SearchOutcome { examiner, counted, seconds, warnings, .. } =
+                search(&group.original, &suspect, &options.search(), ManyKeys::new(watermarks))?;
             trace.variants_counted += counted;
             trace.seconds.add(seconds);
             trace
                 .warnings
                 .extend(warnings.into_iter().filter(|w| !trace.warnings.contains(w)).collect::<Vec<_>>());
             if let Some((estimate, pose)) =
-                judge.clearest.filter(|_| trace.coverage == 0.0 || judge.best < best)
+                examiner.clearest.filter(|_| trace.coverage == 0.0 || examiner.best < best)
             {
-                best = judge.best;
+                best = examiner.best;
                 trace.coverage = group.original.coverage(&positions(&estimate));
-                trace.registration = pose.map(|pose| alignment(&pose, &estimate, trace.coverage));
+                trace.registration =
+                    pose.map(|pose| Alignment::of_estimate(&pose, &estimate, trace.coverage));
             }
-            alone.extend(group.keys.iter().copied().zip(judge.scores));
+            alone.extend(group.keys.iter().copied().zip(examiner.scores));
         }
         alone.sort_by(|(i, a), (j, b)| a.p.ln().total_cmp(&b.p.ln()).then(i.cmp(j)));
         let name = |(index, score): (usize, Score)| {
@@ -201,13 +201,14 @@ impl<'a> ManyKeys<'a> {
     }
 }
 
-impl KeyTest for ManyKeys<'_> {
+impl Examiner for ManyKeys<'_> {
+    type Error = DetectError;
     /// Those of one key, and one beside the others.
     const TESTS: usize = robust::TESTS + 1;
 
-    fn see(
+    fn examine(
         &mut self,
-        hypothesis: Hypothesis,
+        hypothesis: &Hypothesis,
         estimate: &Estimate,
         seconds: &mut Stages,
     ) -> Result<(), DetectError> {

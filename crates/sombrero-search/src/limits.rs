@@ -1,0 +1,8 @@
+//! Limits that several routes share.
+
+/// The number of poses, and of matchings of vertices, that are tried at most: a cube has as many.
+pub(crate) const MOST_POSES: usize = 24;
+
+/// The root mean square distance, in largest sides of the original, below which a suspect's vertices do correspond, so
+/// that surfaces need not be compared.
+pub(crate) const CORRESPONDS: f64 = 0.01;

@@ -1,0 +1,35 @@
+//! What a search may do.
+
+use serde::Serialize;
+
+/// The condition under which a step is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum When {
+    /// The search takes it as the suspect asks for; the paper's method tries with and without, and the better one counts.
+    #[default]
+    Auto,
+    /// Only with it.
+    Always,
+    /// Only without it.
+    Never,
+}
+
+/// The routes that a search may take, and when it may end early.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchOptions {
+    /// Whether the suspect is aligned to the original first. Default [`When::Auto`].
+    pub registration: When,
+    /// Whether surfaces are compared: `Never` forbids it, and `Always` forbids to use vertices that correspond. Default
+    /// [`When::Auto`].
+    pub resampling: When,
+    /// The largest probability of a chance match that still counts as found, above 0 and at most 1; the search ends when
+    /// the best is far below. Default 1e-6.
+    pub threshold: f64,
+}
+
+impl Default for SearchOptions {
+    fn default() -> Self {
+        Self { registration: When::Auto, resampling: When::Auto, threshold: 1e-6 }
+    }
+}

@@ -1,0 +1,87 @@
+//! The poses in which the suspect's surface fits the original's.
+
+use crate::error::SearchError;
+use crate::limits::{CORRESPONDS, MOST_POSES};
+use crate::options::When;
+use crate::original::Original;
+use crate::stages::Stages;
+use nalgebra::{Affine3, Point3, Similarity3};
+use sombrero_mesh::Soup;
+use sombrero_registration::{RegisterOptions, register, register_affine};
+
+/// The number of points that tell where a suspect lies.
+const ENOUGH: usize = 2000;
+
+/// Maps from the suspect to the original, and what the user should know of them.
+pub(crate) struct Poses {
+    /// Best first, [`MOST_POSES`] at most.
+    pub(crate) found: Vec<Affine3<f64>>,
+    pub(crate) warning: Option<String>,
+}
+
+/// Every pose that the surfaces cannot tell from the best: similarities, or affine maps where no similarity fits.
+pub(crate) fn poses(
+    original: &Original,
+    suspect: &Soup,
+    registration: When,
+    seconds: &mut Stages,
+) -> Result<Poses, SearchError> {
+    let as_it_is = |warning| Poses { found: vec![Affine3::identity()], warning };
+    if registration == When::Never {
+        return Ok(as_it_is(None));
+    }
+    let options = RegisterOptions::default();
+    let similar = seconds.time("registration", || {
+        register(original.reference()?, &suspect.points, &suspect.triangles, &options)
+    });
+    let similar = match similar {
+        Ok(found) => found,
+        Err(error) if registration == When::Always => return Err(error.into()),
+        Err(error) => {
+            let warning = format!("The suspect was taken where it is: it cannot be registered: {error}.");
+            return Ok(as_it_is(Some(warning)));
+        }
+    };
+    let mut warning = None;
+    if !similar.trusted {
+        let stretched = seconds.time("registration", || {
+            register_affine(original.reference()?, &suspect.points, &suspect.triangles, &options)
+        });
+        if let Ok(found) = stretched
+            && found.trusted
+        {
+            let poses = [&found.best].into_iter().chain(&found.alternatives);
+            let found = poses.map(|pose| pose.reference_from_suspect).take(MOST_POSES).collect();
+            return Ok(Poses { found, warning });
+        }
+        warning = Some(
+            "The suspect fits the original badly in every pose that was tried; it may be another shape."
+                .to_owned(),
+        );
+    }
+    let others = similar.alternatives.iter().map(|pose| pose.reference_from_suspect);
+    let found = [similar.reference_from_suspect].into_iter().chain(others).take(MOST_POSES);
+    let mut found: Vec<Affine3<f64>> = found.map(affine).collect();
+    if registration == When::Auto && lies_elsewhere(original, suspect, &found)? {
+        found.insert(0, Affine3::identity());
+        found.truncate(MOST_POSES);
+    }
+    Ok(Poses { found, warning })
+}
+
+/// Whether the suspect lies on the original as it is, and none of the poses says so: a small piece that nobody moved
+/// may fit better somewhere else.
+fn lies_elsewhere(original: &Original, suspect: &Soup, poses: &[Affine3<f64>]) -> Result<bool, SearchError> {
+    let near = CORRESPONDS * original.model().largest_side();
+    let stride = suspect.points.len().div_ceil(ENOUGH).max(1);
+    let some: Vec<Point3<f64>> = suspect.points.iter().step_by(stride).copied().collect();
+    let moves = |pose: &Affine3<f64>| {
+        let squares: f64 = some.iter().map(|p| (pose * p - p).norm_squared()).sum();
+        (squares / some.len().max(1) as f64).sqrt() > near
+    };
+    Ok(poses.iter().all(moves) && original.reference()?.distance(&some) < near)
+}
+
+fn affine(similarity: Similarity3<f64>) -> Affine3<f64> {
+    Affine3::from_matrix_unchecked(similarity.to_homogeneous())
+}

@@ -1,0 +1,39 @@
+//! The route by surfaces: the suspect against the original in every pose that fits.
+
+use crate::error::SearchError;
+use crate::examiner::{Examiner, Hypothesis};
+use crate::nuisances::NUISANCES;
+use crate::original::Original;
+use crate::tally::Tally;
+use nalgebra::Affine3;
+use sombrero_mesh::Soup;
+
+/// Examines every pose with every nuisance: the simplest nuisance in all poses first, since of a symmetric shape's poses
+/// one is right.
+pub(crate) fn by_surfaces<E: Examiner>(
+    original: &Original,
+    suspect: &Soup,
+    poses: &[Affine3<f64>],
+    tally: &mut Tally<'_, E>,
+) -> Result<(), E::Error> {
+    tally.take(poses.len());
+    let registers = tally.registers();
+    let suspects: Vec<Soup> = poses.iter().map(|pose| moved(suspect, pose)).collect();
+    for (nuisance, solved_for) in NUISANCES {
+        for (pose, suspect) in poses.iter().zip(&suspects) {
+            if tally.is_certain() {
+                return Ok(());
+            }
+            let extractor = original.extractor().map_err(SearchError::from)?;
+            let estimate =
+                tally.seconds.time("extraction", || extractor.estimate_from_surface(suspect, solved_for));
+            let hypothesis = Hypothesis { nuisance, resampling: true, pose: registers.then_some(*pose) };
+            tally.show(&hypothesis, &estimate.map_err(SearchError::from)?)?;
+        }
+    }
+    Ok(())
+}
+
+fn moved(soup: &Soup, pose: &Affine3<f64>) -> Soup {
+    Soup::new(soup.points.iter().map(|p| pose * p).collect(), soup.triangles.clone())
+}

@@ -1,0 +1,132 @@
+//! What was found.
+
+use super::options::Method;
+use nalgebra::{Affine3, Matrix4, Point3};
+use serde::Serialize;
+use sombrero_extraction::Estimate;
+use sombrero_registration::Registration;
+use sombrero_search::Stages;
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Detection {
+    /// Whether the corrected p is at most the threshold.
+    pub detected: bool,
+    /// The probability that an unmarked mesh would match as well by chance, corrected for the number of
+    /// variants; 0 when it underflows.
+    pub p_value: f64,
+    /// Its decimal logarithm; always finite.
+    pub log10_p: f64,
+    /// The threshold for p.
+    pub threshold: f64,
+    /// Correlation of inserted and extracted coefficients; 0 when there are too few.
+    pub correlation: f64,
+    /// How many coefficients the test used.
+    pub coefficients_used: usize,
+    /// Share of the original's area that was found on the suspect.
+    pub coverage: f64,
+    /// The method.
+    pub method: Method,
+    /// The variant that won.
+    pub variant: Variant,
+    /// All variants that were tried.
+    pub variants: Vec<Variant>,
+    /// How many variants p was corrected for: those tried, and those left out because one was certain.
+    pub variants_counted: usize,
+    /// How the suspect was moved onto the original; `None` when it was taken as it is.
+    pub registration: Option<Alignment>,
+    /// The extracted coefficients of the winning variant. For a marked copy they are nearly the secret w:
+    /// keep them as carefully as the key.
+    pub extracted: Vec<Option<f64>>,
+    /// Where the winning variant found each point of the original, in the original's coordinates.
+    #[serde(skip)]
+    pub found: Vec<Option<Point3<f64>>>,
+    /// Seconds by stage.
+    pub seconds: Stages,
+    /// What the user should know, in sentences.
+    pub warnings: Vec<String>,
+}
+
+/// One way of looking.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Variant {
+    /// Whether the suspect was aligned.
+    pub registration: bool,
+    /// Whether it was resampled; with the robust method, whether surfaces were compared instead of vertices.
+    pub resampling: bool,
+    /// What was solved for beside the coefficients.
+    pub nuisance: &'static str,
+    /// The test.
+    pub test: Test,
+    /// The least standard error that the ellipsoid test took, in standard deviations of the watermark; 0 for none.
+    pub floor: f64,
+    /// log10 p of this variant alone, uncorrected.
+    pub log10_p: f64,
+    /// Its correlation.
+    pub correlation: f64,
+}
+
+/// How inserted and extracted coefficients are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Test {
+    /// Correlation and t test, all coefficients alike.
+    Correlation,
+    /// Distance in units of standard errors.
+    Ellipsoid,
+}
+
+/// A registration's result.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Alignment {
+    /// Suspect to original, 4 × 4, row by row.
+    pub matrix: [[f64; 4]; 4],
+    /// Root mean square distance after it, in model units.
+    pub rms: f64,
+    /// Share of the original's area that has a counterpart in the suspect.
+    pub overlap: f64,
+    /// Iterations of the winning start.
+    pub iterations: usize,
+    /// Whether it came to rest.
+    pub converged: bool,
+}
+
+impl Alignment {
+    /// The pose of the robust method's `estimate`, of whose original the share `overlap` was found.
+    pub(crate) fn of_estimate(pose: &Affine3<f64>, estimate: &Estimate, overlap: f64) -> Self {
+        Self {
+            matrix: rows(&pose.to_homogeneous()),
+            rms: estimate.residual_rms,
+            overlap,
+            iterations: estimate.iterations,
+            converged: estimate.converged,
+        }
+    }
+
+    /// The best pose of a registration alone.
+    pub(super) fn of_registration(registration: &Registration) -> Self {
+        let matrix = rows(&registration.reference_from_suspect.to_homogeneous());
+        let Registration { rms, overlap, iterations, converged, .. } = *registration;
+        Self { matrix, rms, overlap, iterations, converged }
+    }
+}
+
+/// What to say of a test that rests on next to nothing.
+pub(super) fn few(used: usize) -> Option<String> {
+    (used < 8).then(|| format!("Fewer than 8 coefficients could be compared ({used}), which proves little."))
+}
+
+/// Row by row, as people write matrices.
+fn rows(matrix: &Matrix4<f64>) -> [[f64; 4]; 4] {
+    std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
+}
+
+/// Where each point of the original is on the suspect, in the original's coordinates; `None` where it is missing.
+pub(crate) fn positions(estimate: &Estimate) -> Vec<Option<Point3<f64>>> {
+    let place = |(p, present): (&Point3<f64>, &bool)| present.then_some(*p);
+    estimate.positions.iter().zip(&estimate.present).map(place).collect()
+}

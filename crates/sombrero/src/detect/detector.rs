@@ -1,0 +1,121 @@
+//! One original and one key, ready for any number of suspects.
+
+use super::detection::Detection;
+use super::error::DetectError;
+use super::options::{DetectOptions, Method};
+use super::{paper, robust};
+use crate::prepared_basis::{self, PreparedBasis};
+use sombrero_basis::Basis;
+use sombrero_io::Document;
+use sombrero_search::{Model, Original, Suspect};
+use sombrero_watermark::{Key, OriginalDigest, Parameters};
+use std::sync::Arc;
+
+/// An original that is ready for any number of suspects.
+#[derive(Debug, Clone)]
+pub struct Detector {
+    original: Arc<Original>,
+    key: Key,
+}
+
+impl Detector {
+    /// Checks that `key` is genuine and belongs to `original`, and computes the basis.
+    ///
+    /// # Errors
+    /// [`DetectError::Key`] or [`DetectError::Basis`] when they do not belong together.
+    pub fn new(original: &Document, key: Key) -> Result<Self, DetectError> {
+        Self::with_basis(original, key, None)
+    }
+
+    /// The same with a basis that was stored, which takes a fraction of the time. What is found is the same, to the
+    /// bit; but see [`Detector::confirm`].
+    ///
+    /// # Errors
+    /// [`DetectError::Key`] when key, original and basis do not belong together.
+    pub fn with_prepared_basis(
+        original: &Document,
+        key: Key,
+        stored: PreparedBasis,
+    ) -> Result<Self, DetectError> {
+        Self::with_basis(original, key, Some(stored))
+    }
+
+    fn with_basis(original: &Document, key: Key, stored: Option<PreparedBasis>) -> Result<Self, DetectError> {
+        let digest = OriginalDigest::of(&original.content());
+        key.check_watermark(&digest)?;
+        let (file, Parameters { basis, epsilon }) = (original.soup(), &key.parameters);
+        let original = match stored {
+            Some(PreparedBasis(stored)) => Original::with_basis(&file, stored, *epsilon)?,
+            None => Original::new(&file, basis, *epsilon)?,
+        };
+        key.check_basis(original.basis_digest())?;
+        Ok(Self { original: Arc::new(original), key })
+    }
+
+    /// The file that [`PreparedBasis::parse`] reads. It holds the basis, which follows from the original: it is as
+    /// private as that.
+    pub fn to_prepared(&self) -> Vec<u8> {
+        prepared_basis::write(self.basis(), &self.key)
+    }
+
+    /// Derives the basis anew and compares. After [`Detector::new`] there is nothing to confirm.
+    ///
+    /// Whoever wants to deceive can make up a key, and a prepared file with a basis in whose coefficients any suspect
+    /// carries the key's mark. So what is found with somebody else's prepared file is worth nothing until this has
+    /// been asked.
+    ///
+    /// # Errors
+    /// [`DetectError::Key`] when the basis is not that of the original, [`DetectError::Basis`] when the original has
+    /// none like it.
+    pub fn confirm(&self) -> Result<(), DetectError> {
+        let basis = self.original.model().basis(&self.key.parameters.basis)?;
+        Ok(self.key.check_basis(&basis.digest())?)
+    }
+
+    /// The same original with another key. Costs no more than checking the key when its parameters are the same.
+    ///
+    /// # Errors
+    /// As [`Detector::new`].
+    pub fn for_key(&self, original: &Document, key: Key) -> Result<Self, DetectError> {
+        if key.parameters != self.key.parameters {
+            return Self::new(original, key);
+        }
+        key.check_watermark(&OriginalDigest::of(&original.content()))?;
+        key.check_basis(self.original.basis_digest())?;
+        Ok(Self { original: Arc::clone(&self.original), key })
+    }
+
+    /// A file as a suspect of this original.
+    pub fn suspect(&self, file: &Document) -> Suspect {
+        self.original.suspect(&file.soup())
+    }
+
+    /// Looks for the mark in `suspect` in several ways, as far as options and suspect permit, and the best counts. Its
+    /// p is multiplied by the number of ways. Further ones are left out once one is certain, but are still
+    /// counted.
+    ///
+    /// # Errors
+    /// [`DetectError`] when the question makes no sense.
+    pub fn detect(&self, suspect: &Suspect, options: &DetectOptions) -> Result<Detection, DetectError> {
+        options.check(suspect)?;
+        match options.method {
+            Method::Robust => robust::detect(&self.original, &self.key.watermark, suspect, options),
+            Method::Paper => paper::detect(&self.original, &self.key.watermark, suspect, options),
+        }
+    }
+
+    /// The original as the method sees it.
+    pub fn model(&self) -> &Model {
+        self.original.model()
+    }
+
+    /// The basis that the mark uses.
+    pub fn basis(&self) -> &Basis {
+        self.original.basis()
+    }
+
+    /// The key.
+    pub fn key(&self) -> &Key {
+        &self.key
+    }
+}

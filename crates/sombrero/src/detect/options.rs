@@ -1,0 +1,75 @@
+//! How to look.
+
+use super::error::DetectError;
+use serde::Serialize;
+use sombrero_search::{SearchOptions, Suspect, When};
+
+/// How the coefficients are read and compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// What else was done to the shape is solved for too, with robust weights and standard errors; suspects of
+    /// another connectivity are compared surface to surface; several tests. The default.
+    #[default]
+    Robust,
+    /// The paper's: resampling, least squares, correlation and t test.
+    Paper,
+}
+
+impl Method {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Robust => "robust",
+            Self::Paper => "paper",
+        }
+    }
+}
+
+/// How to look.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetectOptions {
+    /// The method.
+    pub method: Method,
+    /// Whether the suspect is aligned to the original first.
+    pub registration: When,
+    /// Whether the suspect is resampled to the original's connectivity. The robust method does not resample, but
+    /// compares surfaces; `Never` forbids that, and `Always` forbids it to use vertices that correspond.
+    pub resampling: When,
+    /// The mark counts as found when the probability of a chance match is at most this. Default 1e-6.
+    pub threshold: f64,
+    /// Seed of the points that resampling draws on the suspect. Default 0. The best of several seeds has p times their
+    /// number.
+    pub seed: u64,
+}
+
+impl Default for DetectOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::Robust,
+            registration: When::Auto,
+            resampling: When::Auto,
+            threshold: 1e-6,
+            seed: 0,
+        }
+    }
+}
+
+impl DetectOptions {
+    /// Refuses a question that makes no sense.
+    pub(crate) fn check(&self, suspect: &Suspect) -> Result<(), DetectError> {
+        if !(self.threshold > 0.0 && self.threshold <= 1.0) {
+            return Err(DetectError::Threshold { threshold: self.threshold });
+        }
+        if suspect.soup.triangles.is_empty() {
+            return Err(DetectError::NoFaces { which: "suspect" });
+        }
+        Ok(())
+    }
+
+    /// What the robust method's search takes of them.
+    pub(crate) fn search(&self) -> SearchOptions {
+        let Self { registration, resampling, threshold, .. } = *self;
+        SearchOptions { registration, resampling, threshold }
+    }
+}
