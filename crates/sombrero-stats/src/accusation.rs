@@ -22,8 +22,8 @@
 //! Cost: an eigendecomposition, a product of the watermarks with an m × m matrix, |S| + 7 passes over the n × m numbers,
 //! and as many passes again for each member of S.
 
-use crate::{Correlation, EllipsoidError, LogProbability, best_of, correlation_tail};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use crate::{Correlation, Ellipsoid, EllipsoidError, LogProbability, best_of, correlation_tail};
+use nalgebra::{DMatrix, DVector};
 
 /// So many watermarks are taken away at most.
 const MOST: usize = 32;
@@ -50,48 +50,44 @@ const VARIANCES: std::ops::RangeInclusive<i32> = -24..=4;
 /// For each of `watermarks`, the probability that an unrelated one would fit as well what `extracted` shows beyond the
 /// others. Probabilities are of each alone.
 ///
-/// `extracted` is w* in standard deviations of the inserted coefficients, 0 where nothing is known, and `precision` the
-/// inverse of the covariance of its errors (m × m, positive semi-definite; 0 in directions that the suspect does not
-/// show). Where there is nothing to compare, p = 1.
+/// `extracted` is w* with its precision, as one test of one watermark takes it too. Where there is nothing to compare,
+/// p = 1.
 ///
 /// # Errors
-/// [`EllipsoidError`] when the shapes do not fit or a number is not finite.
+/// [`EllipsoidError`] when a watermark has another length than w* or a value that is not finite.
 ///
 /// ```
 /// use nalgebra::DMatrix;
-/// use sombrero_stats::accuse;
+/// use sombrero_stats::{Ellipsoid, accuse};
 ///
 /// // Ten watermarks; the mean of the first two turns up, known to ±0.01.
 /// let watermark = |i: u32| (0..40).map(|j| f64::from((i * 7919 + j * 104_729 + i * i * j) % 1009) / 291.0 - 1.73).collect();
 /// let watermarks: Vec<Vec<f64>> = (1..=10).map(watermark).collect();
 /// let mean: Vec<f64> = (0..40).map(|j| (watermarks[0][j] + watermarks[1][j]) / 2.0).collect();
+/// let extracted = Ellipsoid::new(&mean, &(DMatrix::identity(40, 40) * 1e4))?;
 ///
 /// let slices: Vec<&[f64]> = watermarks.iter().map(Vec::as_slice).collect();
-/// let p = accuse(&slices, &mean, &(DMatrix::identity(40, 40) * 1e4))?;
+/// let p = accuse(&slices, &extracted)?;
 /// assert!(p[0].log10() < -50.0 && p[1].log10() < -50.0);
 /// assert!(p[2..].iter().all(|p| p.log10() > -4.0));
 /// # Ok::<(), sombrero_stats::EllipsoidError>(())
 /// ```
-pub fn accuse(
-    watermarks: &[&[f64]],
-    extracted: &[f64],
-    precision: &DMatrix<f64>,
-) -> Result<Vec<LogProbability>, EllipsoidError> {
-    let m = extracted.len();
-    check(watermarks, extracted, precision)?;
-    if m == 0 {
+pub fn accuse(watermarks: &[&[f64]], extracted: &Ellipsoid) -> Result<Vec<LogProbability>, EllipsoidError> {
+    watermarks.iter().try_for_each(|w| extracted.check(w))?;
+    let precisions = extracted.precisions();
+    let largest = precisions.iter().copied().fold(0.0, f64::max);
+    let known: Vec<usize> = (0..precisions.len()).filter(|&k| precisions[k] > KNOWN * largest).collect();
+    if known.is_empty() {
         return Ok(vec![LogProbability::ONE; watermarks.len()]);
     }
-    let eigen = SymmetricEigen::try_new(precision.clone(), f64::EPSILON, 100 * m.max(10))
-        .ok_or(EllipsoidError::Decomposition)?;
-    let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
-    let known: Vec<usize> = (0..m).filter(|&k| eigen.eigenvalues[k] > KNOWN * largest).collect();
-    let axes = eigen.eigenvectors.select_columns(&known);
-    let rotated = |v: &[f64]| axes.tr_mul(&DVector::from_column_slice(v));
+    let axes = extracted.axes().columns(&known);
     let start = Residuals {
-        found: rotated(extracted),
-        errors: DVector::from_iterator(known.len(), known.iter().map(|&k| 1.0 / eigen.eigenvalues[k])),
-        watermarks: watermarks.iter().map(|w| Residual::new(rotated(w))).collect(),
+        found: axes.tr_mul(extracted.centre()),
+        errors: DVector::from_iterator(known.len(), known.iter().map(|&k| 1.0 / precisions[k])),
+        watermarks: watermarks
+            .iter()
+            .map(|w| Residual::new(axes.tr_mul(&DVector::from_column_slice(w))))
+            .collect(),
         away: Vec::new(),
         directions: Vec::new(),
     };
@@ -104,24 +100,6 @@ pub fn accuse(
         p[i] = after.p(i, &after.left());
     }
     Ok(p)
-}
-
-fn check(watermarks: &[&[f64]], extracted: &[f64], precision: &DMatrix<f64>) -> Result<(), EllipsoidError> {
-    let centre = extracted.len();
-    let (rows, columns) = precision.shape();
-    if (rows, columns) != (centre, centre) {
-        return Err(EllipsoidError::Shape { centre, rows, columns });
-    }
-    if let Some(w) = watermarks.iter().find(|w| w.len() != centre) {
-        return Err(EllipsoidError::Lengths { watermark: w.len(), centre });
-    }
-    if let Some(index) = extracted.iter().position(|x| !x.is_finite()) {
-        return Err(EllipsoidError::CentreNotFinite { index });
-    }
-    match precision.iter().position(|x| !x.is_finite()) {
-        Some(place) => Err(EllipsoidError::PrecisionNotFinite { row: place % rows, column: place / rows }),
-        None => Ok(()),
-    }
 }
 
 /// w* and all watermarks in P's coordinates, and what was taken away.
@@ -296,7 +274,11 @@ mod tests {
 
     fn accused(all: &[Vec<f64>], found: &[f64], precision: &DMatrix<f64>) -> Vec<f64> {
         let slices: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();
-        accuse(&slices, found, precision).unwrap().iter().map(|p| p.log10()).collect()
+        accuse(&slices, &Ellipsoid::new(found, precision).unwrap())
+            .unwrap()
+            .iter()
+            .map(|p| p.log10())
+            .collect()
     }
 
     /// Correlation alone gives each of ten p = 1e-5 or so, of which a thousand candidates leave nothing.
@@ -361,22 +343,49 @@ mod tests {
     #[test]
     fn nothing_to_compare_is_no_evidence() {
         let w = [0.3, -1.0, 0.8, 1.5];
-        let unknown = DMatrix::zeros(4, 4);
-        assert_eq!(accuse(&[&w, &w], &[0.5; 4], &unknown), Ok(vec![LogProbability::ONE; 2]));
-        assert_eq!(accuse(&[&w, &w], &[0.0; 4], &DMatrix::identity(4, 4)), Ok(vec![LogProbability::ONE; 2]));
-        assert_eq!(accuse(&[], &[1.0], &DMatrix::identity(1, 1)), Ok(vec![]));
-        assert_eq!(accuse(&[&[]], &[], &DMatrix::zeros(0, 0)), Ok(vec![LogProbability::ONE]));
+        let ask = |watermarks: &[&[f64]], found: &[f64], precision: DMatrix<f64>| {
+            accuse(watermarks, &Ellipsoid::new(found, &precision).unwrap())
+        };
+        let ones = Ok(vec![LogProbability::ONE; 2]);
+        assert_eq!(ask(&[&w, &w], &[0.5; 4], DMatrix::zeros(4, 4)), ones);
+        assert_eq!(ask(&[&w, &w], &[0.0; 4], DMatrix::identity(4, 4)), ones);
+        assert_eq!(ask(&[], &[1.0], DMatrix::identity(1, 1)), Ok(vec![]));
+        assert_eq!(ask(&[&[]], &[], DMatrix::zeros(0, 0)), Ok(vec![LogProbability::ONE]));
+    }
+
+    /// Coefficients that the suspect does not show leave rows of zeros, at which the decomposition once ended in NaN: the
+    /// others are told from the innocent as if those were not there.
+    #[test]
+    fn rows_of_zeros_change_nothing() {
+        for (m, seed) in [(12, 1), (40, 2), (150, 3)] {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let shown: Vec<usize> = (0..m).filter(|i| i % 3 == 0).collect();
+            let (all, n) = (watermarks(9, m, &mut rng), shown.len());
+            let turn = DMatrix::from_vec(n, n, watermarks(1, n * n, &mut rng).remove(0)).qr().q();
+            let l = DVector::from_fn(n, |i, _| 10_f64.powf(4.0 - 3.0 * (i as f64) / n as f64));
+            let small = &turn * DMatrix::from_diagonal(&l) * turn.transpose();
+            let mut whole = DMatrix::zeros(m, m);
+            for (a, &i) in shown.iter().enumerate() {
+                shown.iter().enumerate().for_each(|(b, &j)| whole[(i, j)] = small[(a, b)]);
+            }
+            let mean = |i: usize| (all[0][i] + all[1][i]) / 2.0;
+            let found: Vec<f64> = (0..m).map(|i| if i % 3 == 0 { mean(i) } else { 0.0 }).collect();
+            let with = accused(&all, &found, &whole);
+            let pick = |w: &[f64]| shown.iter().map(|&i| w[i]).collect::<Vec<f64>>();
+            let without = accused(&all.iter().map(|w| pick(w)).collect::<Vec<_>>(), &pick(&found), &small);
+            for (a, b) in with.iter().zip(&without) {
+                assert!((a - b).abs() < 1e-6 * b.abs().max(1.0), "{m}: {a} and {b}");
+            }
+        }
     }
 
     #[test]
     fn senseless_questions() {
-        let one = DMatrix::identity(1, 1);
-        assert_eq!(accuse(&[], &[], &one), Err(EllipsoidError::Shape { centre: 0, rows: 1, columns: 1 }));
+        let one = Ellipsoid::new(&[1.0], &DMatrix::identity(1, 1)).unwrap();
         let lengths = EllipsoidError::Lengths { watermark: 2, centre: 1 };
-        assert_eq!(accuse(&[&[0.0, 1.0]], &[1.0], &one), Err(lengths));
-        assert_eq!(accuse(&[], &[f64::NAN], &one), Err(EllipsoidError::CentreNotFinite { index: 0 }));
-        let place = EllipsoidError::PrecisionNotFinite { row: 0, column: 0 };
-        assert_eq!(accuse(&[], &[1.0], &(one * f64::INFINITY)), Err(place));
+        assert_eq!(accuse(&[&[0.0, 1.0]], &one), Err(lengths));
+        let damaged = EllipsoidError::WatermarkNotFinite { index: 0 };
+        assert_eq!(accuse(&[&[f64::NAN]], &one), Err(damaged));
     }
 
     proptest! {
@@ -404,7 +413,7 @@ mod tests {
             let all = watermarks(count, found.len(), &mut ChaCha8Rng::seed_from_u64(1));
             let slices: Vec<&[f64]> = all.iter().map(Vec::as_slice).collect();
             let precision = DMatrix::identity(found.len(), found.len()) * precision;
-            if let Ok(p) = accuse(&slices, &found, &precision) {
+            if let Ok(p) = Ellipsoid::new(&found, &precision).and_then(|e| accuse(&slices, &e)) {
                 prop_assert!(p.iter().all(|p| p.log10().is_finite()));
             }
         }

@@ -17,6 +17,7 @@ use thiserror::Error;
 
 /// Pearson's correlation ρ of k pairs.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Correlation {
     rho: f64,
     one_minus: f64,
@@ -24,7 +25,7 @@ pub struct Correlation {
     pairs: usize,
 }
 
-/// Which of two slices an error speaks of.
+/// One of two slices that an error speaks of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// The first argument.

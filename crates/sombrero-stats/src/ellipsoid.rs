@@ -23,15 +23,12 @@
 //! Cost: one eigendecomposition per (w*, P), then per key one product with an m × m matrix and some ten passes over
 //! m numbers; with [`Ellipsoid::distance`] and [`Ellipsoid::distance_at`] the product alone.
 
-use libm::{hypot, sqrt};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use thiserror::Error;
+use nalgebra::{DMatrix, DVector};
 
 use crate::LogProbability;
+use crate::axes::{Axes, check_symmetric, floored};
+use crate::ellipsoid_error::EllipsoidError;
 use crate::quadratic_form::QuadraticForm;
-
-/// P may be asymmetric or have negative eigenvalues by this share of its largest entry or eigenvalue.
-const TOLERANCE: f64 = 1e-8;
 
 /// An extracted watermark w* with the precision at which it is known. Lengths are in units of the standard deviation
 /// of w's coefficients, precisions in the inverse square of that.
@@ -55,22 +52,13 @@ const TOLERANCE: f64 = 1e-8;
 pub struct Ellipsoid {
     centre: DVector<f64>,
     axes: Axes,
+    /// X of the null hypothesis, over the largest l.
     form: QuadraticForm,
-}
-
-/// P = Q diag(l) Qᵀ, and w* in its coordinates.
-#[derive(Debug, Clone)]
-struct Axes {
-    /// Qᵀ; `None` for the identity.
-    rotation: Option<DMatrix<f64>>,
-    /// l, none negative.
-    precisions: DVector<f64>,
-    /// c = Qᵀ w*.
-    centre: DVector<f64>,
 }
 
 /// Answer of [`Ellipsoid::test`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct EllipsoidTest {
     /// D = (w - w*)ᵀ P (w - w*), without unit.
@@ -81,73 +69,6 @@ pub struct EllipsoidTest {
     /// The saddlepoint approximation of p; never above the bound. It is off by some 1/(6 r) of p in the far tail, by
     /// 2 % or less for ten directions and more.
     pub saddlepoint: LogProbability,
-}
-
-/// Why there is no ellipsoid or no test.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum EllipsoidError {
-    /// The precision is no m × m matrix.
-    #[error("{centre} coefficients with a precision of {rows} by {columns}")]
-    Shape {
-        /// Length m of w*.
-        centre: usize,
-        /// Rows of P.
-        rows: usize,
-        /// Columns of P.
-        columns: usize,
-    },
-    /// An extracted coefficient is infinite or not a number.
-    #[error("extracted coefficient {index} is not finite")]
-    CentreNotFinite {
-        /// Its place in w*.
-        index: usize,
-    },
-    /// An entry of the precision is infinite or not a number.
-    #[error("the precision's entry ({row}, {column}) is not finite")]
-    PrecisionNotFinite {
-        /// Its row.
-        row: usize,
-        /// Its column.
-        column: usize,
-    },
-    /// The precision differs from its transpose.
-    #[error("the precision is not symmetric at ({row}, {column})")]
-    NotSymmetric {
-        /// Row of the entry.
-        row: usize,
-        /// Column of the entry.
-        column: usize,
-    },
-    /// The precision has a negative eigenvalue.
-    #[error("the precision has the negative eigenvalue {eigenvalue:e}")]
-    NotPositive {
-        /// The value.
-        eigenvalue: f64,
-    },
-    /// The eigendecomposition did not converge.
-    #[error("the precision's eigenvalues could not be found")]
-    Decomposition,
-    /// A least error is negative, infinite or not a number.
-    #[error("{tau} is no least error: a finite number, not negative, is needed")]
-    Floor {
-        /// The value.
-        tau: f64,
-    },
-    /// The two watermarks do not pair up.
-    #[error("{watermark} inserted coefficients against {centre} extracted ones")]
-    Lengths {
-        /// Length of w.
-        watermark: usize,
-        /// Length m of w*.
-        centre: usize,
-    },
-    /// An inserted coefficient is infinite or not a number: the key is damaged.
-    #[error("inserted coefficient {index} is not finite")]
-    WatermarkNotFinite {
-        /// Its place in w.
-        index: usize,
-    },
 }
 
 impl Ellipsoid {
@@ -161,16 +82,21 @@ impl Ellipsoid {
     /// When shapes differ, a value is not finite, or P is not symmetric or not positive semi-definite to 1e-8 of its
     /// largest entry or eigenvalue.
     pub fn new(centre: &[f64], precision: &DMatrix<f64>) -> Result<Self, EllipsoidError> {
-        check_input(centre, precision)?;
-        let centre = DVector::from_column_slice(centre);
-        let (rotation, precisions) = decompose(precision)?;
-        let rotated = rotation.as_ref().map_or_else(|| centre.clone(), |q| q * &centre);
-        Ok(Self::from_axes(centre, Axes { rotation, precisions, centre: rotated }))
+        let (m, (rows, columns)) = (centre.len(), precision.shape());
+        if (rows, columns) != (m, m) {
+            return Err(EllipsoidError::Shape { centre: m, rows, columns });
+        }
+        if let Some(index) = first_not_finite(centre) {
+            return Err(EllipsoidError::CentreNotFinite { index });
+        }
+        check_symmetric(precision)?;
+        Ok(Self::from_axes(DVector::from_column_slice(centre), Axes::new(precision)?))
     }
 
     fn from_axes(centre: DVector<f64>, axes: Axes) -> Self {
         let largest = axes.largest_precision();
-        let pairs = axes.precisions.iter().zip(axes.centre.iter());
+        let rotated = axes.rotated(centre.clone());
+        let pairs = axes.precisions().iter().zip(rotated.iter());
         let form = QuadraticForm::new(pairs.filter(|(l, _)| **l > 0.0).map(|(l, c)| (l / largest, *c)));
         Self { centre, axes, form }
     }
@@ -185,11 +111,8 @@ impl Ellipsoid {
         if !(tau >= 0.0 && tau.is_finite()) {
             return Err(EllipsoidError::Floor { tau });
         }
-        let mut axes = self.axes.clone();
-        if tau > 0.0 {
-            axes.precisions.apply(|l| *l = floored(*l, tau));
-        }
-        Ok(Self::from_axes(self.centre.clone(), axes))
+        let axes = self.axes.clone();
+        Ok(Self::from_axes(self.centre.clone(), if tau > 0.0 { axes.with_floor(tau) } else { axes }))
     }
 
     /// Compares with the m inserted coefficients.
@@ -244,27 +167,42 @@ impl Ellipsoid {
     /// What the evidence is worth in coefficients: Σ l/(1 + l), between 0 and m. One that is known to ±σ counts as
     /// 1/(1 + σ²).
     pub fn effective_coefficients(&self) -> f64 {
-        self.axes.precisions.iter().map(|l| floored(*l, 1.0)).sum()
+        self.axes.precisions().iter().map(|l| floored(*l, 1.0)).sum()
     }
 
     /// The eigenvalues l of P, m of them in no particular order, none negative.
     pub fn precisions(&self) -> &[f64] {
-        self.axes.precisions.as_slice()
+        self.axes.precisions()
+    }
+
+    /// w*, as it was given.
+    pub(crate) fn centre(&self) -> &DVector<f64> {
+        &self.centre
+    }
+
+    pub(crate) fn axes(&self) -> &Axes {
+        &self.axes
     }
 
     /// D over the largest l, which neither overflows nor underflows with the units of P.
     fn relative_distance(&self, watermark: &[f64]) -> Result<f64, EllipsoidError> {
-        if watermark.len() != self.dimension() {
-            return Err(EllipsoidError::Lengths { watermark: watermark.len(), centre: self.dimension() });
-        }
-        if let Some(index) = first_not_finite(watermark) {
-            return Err(EllipsoidError::WatermarkNotFinite { index });
-        }
+        self.check(watermark)?;
         let offset = DVector::from_iterator(
             watermark.len(),
             watermark.iter().zip(self.centre.iter()).map(|(w, c)| w - c),
         );
-        Ok(self.axes.relative_norm(offset))
+        Ok(self.axes.relative_norm(&self.axes.rotated(offset)))
+    }
+
+    /// Whether a watermark can be compared.
+    pub(crate) fn check(&self, watermark: &[f64]) -> Result<(), EllipsoidError> {
+        if watermark.len() != self.dimension() {
+            return Err(EllipsoidError::Lengths { watermark: watermark.len(), centre: self.dimension() });
+        }
+        match first_not_finite(watermark) {
+            Some(index) => Err(EllipsoidError::WatermarkNotFinite { index }),
+            None => Ok(()),
+        }
     }
 
     fn answer(&self, distance: f64, relative: f64) -> EllipsoidTest {
@@ -273,98 +211,8 @@ impl Ellipsoid {
     }
 }
 
-impl Axes {
-    fn largest_precision(&self) -> f64 {
-        self.precisions.iter().fold(0.0, |m, l| l.max(m))
-    }
-
-    /// offsetᵀ P offset over the largest l.
-    fn relative_norm(&self, offset: DVector<f64>) -> f64 {
-        let largest = self.largest_precision();
-        let rotated = match &self.rotation {
-            Some(q) => q * offset,
-            None => offset,
-        };
-        let squares = self.precisions.iter().zip(rotated.iter());
-        let sum: f64 = squares.filter(|(l, _)| **l > 0.0).map(|(l, y)| l / largest * y * y).sum();
-        // Huge values of both signs: far apart.
-        if sum.is_nan() { f64::INFINITY } else { sum }
-    }
-}
-
-/// l/(1 + τ² l) = 1/(l⁻¹ + τ²), for any l ≥ 0 and τ > 0.
-fn floored(l: f64, tau: f64) -> f64 {
-    if l <= 0.0 {
-        return 0.0;
-    }
-    let sigma = hypot(1.0 / sqrt(l), tau);
-    1.0 / sigma / sigma
-}
-
 fn first_not_finite(values: &[f64]) -> Option<usize> {
     values.iter().position(|x| !x.is_finite())
-}
-
-fn check_input(centre: &[f64], precision: &DMatrix<f64>) -> Result<(), EllipsoidError> {
-    let (m, rows, columns) = (centre.len(), precision.nrows(), precision.ncols());
-    if rows != m || columns != m {
-        return Err(EllipsoidError::Shape { centre: m, rows, columns });
-    }
-    if let Some(index) = first_not_finite(centre) {
-        return Err(EllipsoidError::CentreNotFinite { index });
-    }
-    if let Some(place) = first_not_finite(precision.as_slice()) {
-        return Err(EllipsoidError::PrecisionNotFinite { row: place % m, column: place / m });
-    }
-    let largest = precision.amax();
-    let skew =
-        |(i, j): &(usize, usize)| (precision[(*i, *j)] - precision[(*j, *i)]).abs() > TOLERANCE * largest;
-    match (0..m).flat_map(|i| (0..i).map(move |j| (i, j))).find(skew) {
-        Some((row, column)) => Err(EllipsoidError::NotSymmetric { row, column }),
-        None => Ok(()),
-    }
-}
-
-/// Qᵀ and l, rounding noise around 0 cleared.
-fn decompose(precision: &DMatrix<f64>) -> Result<(Option<DMatrix<f64>>, DVector<f64>), EllipsoidError> {
-    let m = precision.nrows();
-    let (rotation, mut eigenvalues, rounding) = if is_diagonal(precision) {
-        (None, precision.diagonal(), 0.0)
-    } else {
-        let mut symmetric = DMatrix::from_fn(m, m, |i, j| 0.5 * precision[(i, j)] + 0.5 * precision[(j, i)]);
-        keep_zero_rows_apart(&mut symmetric);
-        let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 1000 * m)
-            .ok_or(EllipsoidError::Decomposition)?;
-        (Some(eigen.eigenvectors.transpose()), eigen.eigenvalues, m as f64 * f64::EPSILON)
-    };
-    if let Some(index) = first_not_finite(eigenvalues.as_slice()) {
-        return Err(EllipsoidError::NotPositive { eigenvalue: eigenvalues[index] });
-    }
-    let largest = eigenvalues.iter().fold(0.0_f64, |m, l| m.max(l.abs()));
-    if let Some(&eigenvalue) = eigenvalues.iter().find(|l| **l < -TOLERANCE * largest) {
-        return Err(EllipsoidError::NotPositive { eigenvalue });
-    }
-    eigenvalues.apply(|l| {
-        if *l <= rounding * largest {
-            *l = 0.0;
-        }
-    });
-    Ok((rotation, eigenvalues))
-}
-
-/// nalgebra's iteration can end in NaN when rows are zero, as those of coefficients that nothing is known of are. Such a
-/// row is an eigenvector's own; a diagonal entry far below rounding keeps it apart.
-fn keep_zero_rows_apart(matrix: &mut DMatrix<f64>) {
-    let tiny = 1e-18 * matrix.amax();
-    for i in 0..matrix.nrows() {
-        if matrix.row(i).amax() == 0.0 {
-            matrix[(i, i)] = tiny;
-        }
-    }
-}
-
-fn is_diagonal(matrix: &DMatrix<f64>) -> bool {
-    (0..matrix.ncols()).all(|j| (0..matrix.nrows()).all(|i| i == j || matrix[(i, j)] == 0.0))
 }
 
 #[cfg(test)]

@@ -4,15 +4,30 @@ use std::fmt;
 
 use libm::{exp, log};
 
-/// A probability in (0, 1], kept as ln p so that it cannot underflow.
+/// A probability p in (0, 1], kept as ln p so that it cannot underflow.
 ///
 /// ln p is always finite and never positive. Ordering is that of the probabilities: the smallest is the
 /// strongest evidence.
 ///
 /// Shown as `0.034` down to a thousandth, then as `1.2e-17`, and as `10^-4321.5` where doubles end.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(from = "Ln"))]
 pub struct LogProbability {
     ln: f64,
+}
+
+/// What is read, before it is held to the limits.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Ln {
+    ln: f64,
+}
+
+#[cfg(feature = "serde")]
+impl From<Ln> for LogProbability {
+    fn from(Ln { ln }: Ln) -> Self {
+        Self::from_ln(ln)
+    }
 }
 
 impl LogProbability {

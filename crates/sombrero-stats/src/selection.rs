@@ -13,6 +13,7 @@ use crate::LogProbability;
 
 /// The best of several tests.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Selection {
     /// Which one it was.

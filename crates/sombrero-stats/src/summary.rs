@@ -13,6 +13,7 @@ use statrs::function::erf::erf_inv;
 
 /// A range of rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Interval {
     /// Lower end, at least 0.

@@ -15,6 +15,7 @@ use crate::{Correlation, CorrelationError, LogProbability, correlation_tail};
 
 /// Outlier policy of [`watermark_test`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WatermarkTestOptions {
     /// Drop extracted coefficients whose absolute value exceeds this many standard deviations of the
     /// inserted ones; `None` keeps all. Default `Some(2.5)`, as in the paper: of a clean watermark it costs 1.24 %.
@@ -29,6 +30,7 @@ impl Default for WatermarkTestOptions {
 
 /// Answer of [`watermark_test`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct WatermarkTest {
     /// Probability that a random watermark correlates as well; 1 when too little was left to compare.

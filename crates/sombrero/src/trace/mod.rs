@@ -227,7 +227,7 @@ impl Examiner for ManyKeys<'_> {
                 Ok::<_, DetectError>(Score { p, correlation: correlation.rho(), beside_others: false })
             };
             let mut scores = self.watermarks.par_iter().map(alone).collect::<Result<Vec<_>, _>>()?;
-            let beside = accuse(&self.watermarks, &estimate.coefficients, &estimate.precision)?;
+            let beside = accuse(&self.watermarks, &ellipsoid)?;
             for (score, p) in scores.iter_mut().zip(beside) {
                 if p < score.p {
                     *score = Score { p, beside_others: true, ..*score };
