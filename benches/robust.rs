@@ -80,7 +80,7 @@ fn preparation(criterion: &mut Criterion) {
             encode(Format::PlyBinaryLittleEndian, &subject.soup).expect("a clean surface can be stored");
         let original = Document::parse(file, Some("ply")).expect("what was just written");
         let (detector, _) = marked(&subject.soup);
-        let (key, stored) = (detector.key(), detector.to_prepared());
+        let (key, stored) = (detector.key(), detector.prepared_basis());
         group.throughput(Throughput::Elements(subject.soup.points.len() as u64));
         group.bench_function(BenchmarkId::new("computed", &subject.name), |b| {
             b.iter(|| black_box(Detector::new(&original, key.clone()).ok()));

@@ -608,7 +608,7 @@ fn prepared_files_vouch_for_nothing() {
     };
     let mut forged = derby.clone();
     forged.parameters.basis.function = BasisFunction::Sombrero;
-    let file = Detector::new(&original, derby).unwrap().to_prepared();
+    let file = Detector::new(&original, derby).unwrap().prepared_basis();
     workshop.write("forged.key", forged.to_json());
     workshop.write("forged.key.prepared", forged_for(&forged, &file));
     let asked = "detect marked.obj --original original.obj --key forged.key";

@@ -21,7 +21,7 @@ fn verdicts_are_the_same_to_the_bit() {
     let mark = marked(&original, 1);
     let copy = Document::parse(mark.bytes, None).unwrap();
     let new = Detector::new(&original, mark.key.clone()).unwrap();
-    let stored = PreparedBasis::parse(&new.to_prepared(), &mark.key).unwrap();
+    let stored = PreparedBasis::parse(&new.prepared_basis(), &mark.key).unwrap();
     let stored = Detector::with_prepared_basis(&original, mark.key, stored).unwrap();
     let look = |source: &Document, specs: &str, method: Method| {
         let attacks: Vec<_> = specs.split(' ').map(|s| s.parse().unwrap()).collect();
@@ -53,10 +53,10 @@ fn every_kind_of_mesh_can_be_prepared() {
         let original = document(Format::Obj, &soup);
         let key = marked(&original, 6).key;
         let new = Detector::new(&original, key.clone()).unwrap();
-        let stored = PreparedBasis::parse(&new.to_prepared(), &key).unwrap();
+        let stored = PreparedBasis::parse(&new.prepared_basis(), &key).unwrap();
         let stored = Detector::with_prepared_basis(&original, key, stored).unwrap();
         assert_eq!(stored.basis(), new.basis(), "{name}");
-        assert!(stored.to_prepared() == new.to_prepared(), "{name}");
+        assert!(stored.prepared_basis() == new.prepared_basis(), "{name}");
         stored.confirm().unwrap();
     }
 }

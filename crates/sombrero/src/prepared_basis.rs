@@ -1,4 +1,4 @@
-//! The prepared file: the basis of one original and key, so that detection need not compute it anew.
+//! The prepared basis: the basis of one original and key, so that detection need not compute it anew.
 //!
 //! ```text
 //! "sombrero prepared 1\n"
@@ -27,7 +27,7 @@ const RECORD: usize = 60;
 /// Bytes of an entry: a row and a value.
 const ENTRY: usize = 12;
 
-/// Why a file is no prepared file that fits a key.
+/// The reason why a file is no prepared basis that fits a key.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum PreparedBasisError {
@@ -49,16 +49,16 @@ pub enum PreparedBasisError {
     Unrelated,
 }
 
-/// A basis as a prepared file has it: the one whose hash stands in the key.
+/// A basis that was stored: the one whose hash stands in the key.
 ///
 /// That hash is all that vouches for it. For a key of one's own this is enough: nobody else can change what
-/// [`Detector::detect`](crate::Detector::detect) says. Whoever makes a *key* to deceive can make a prepared file to
-/// match, though, with any basis they like: see [`Detector::confirm`](crate::Detector::confirm).
+/// [`Detector::detect`](crate::Detector::detect) says. A forger of a *key* can make a prepared basis to match, though,
+/// with any functions they like: see [`Detector::confirm`](crate::Detector::confirm).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreparedBasis(pub(crate) Basis);
 
 impl PreparedBasis {
-    /// Reads what [`Detector::to_prepared`](crate::Detector::to_prepared) made for this `key`. Any bytes are a basis or an
+    /// Reads what [`Detector::prepared_basis`](crate::Detector::prepared_basis) made for this `key`. Any bytes are a basis or an
     /// error, and memory use stays within a small multiple of their number.
     ///
     /// # Errors
@@ -196,7 +196,7 @@ mod tests {
             EmbedOptions { parameters: preset.parameters(), fewer_if_small: true, ..EmbedOptions::default() };
         let key = embed(&original, Secret([secret; 32]), &options).unwrap().key;
         let detector = Detector::new(&original, key).unwrap();
-        let file = detector.to_prepared();
+        let file = detector.prepared_basis();
         (detector, file)
     }
 

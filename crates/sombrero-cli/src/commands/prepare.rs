@@ -23,7 +23,7 @@ pub(crate) fn run(args: &Prepare, context: &Context) -> Result<Answer, Failure> 
     let key = files::read_key(&args.key)?;
     let original = files::read_mesh(&args.original, context.limits)?;
     let detector = Detector::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
-    let bytes = detector.to_prepared();
+    let bytes = detector.prepared_basis();
     // The basis tells of the original's shape, which is as private as the key.
     let output = Output { path: &path, bytes: &bytes, access: Access::Private };
     files::write_all(&[output], args.force)?;

@@ -27,8 +27,8 @@ impl Detector {
         Self::with_basis(original, key, None)
     }
 
-    /// The same with a basis that was stored, which takes a fraction of the time. What is found is the same, to the
-    /// bit; but see [`Detector::confirm`].
+    /// [`Detector::new`] with a basis that was stored, which takes a fraction of the time. What is found is the same, to
+    /// the bit; but see [`Detector::confirm`].
     ///
     /// # Errors
     /// [`DetectError::Key`] when key, original and basis do not belong together.
@@ -52,17 +52,16 @@ impl Detector {
         Ok(Self { original: Arc::new(original), key })
     }
 
-    /// The file that [`PreparedBasis::parse`] reads. It holds the basis, which follows from the original: it is as
-    /// private as that.
-    pub fn to_prepared(&self) -> Vec<u8> {
+    /// The file that [`PreparedBasis::parse`] reads, as bytes. It holds the basis, which follows from the original: it is
+    /// as private as that.
+    pub fn prepared_basis(&self) -> Vec<u8> {
         prepared_basis::write(self.basis(), &self.key)
     }
 
     /// Derives the basis anew and compares. After [`Detector::new`] there is nothing to confirm.
     ///
-    /// Whoever wants to deceive can make up a key, and a prepared file with a basis in whose coefficients any suspect
-    /// carries the key's mark. So what is found with somebody else's prepared file is worth nothing until this has
-    /// been asked.
+    /// A forger can make up a key, and a prepared basis in whose coefficients any suspect carries the key's mark. So
+    /// what is found with somebody else's prepared basis is worth nothing until this has been asked.
     ///
     /// # Errors
     /// [`DetectError::Key`] when the basis is not that of the original, [`DetectError::Basis`] when the original has
@@ -72,7 +71,7 @@ impl Detector {
         Ok(self.key.check_basis(&basis.digest())?)
     }
 
-    /// The same original with another key. Costs no more than checking the key when its parameters are the same.
+    /// A detector for another key of the same original. It costs no more than checking the key when its parameters are the same.
     ///
     /// # Errors
     /// As [`Detector::new`].

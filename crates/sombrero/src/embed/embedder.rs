@@ -1,0 +1,198 @@
+//! An original that any number of copies are made of.
+
+use super::error::EmbedError;
+use super::marked::{DistortionReport, EmbedReport, Marked};
+use super::self_test::SelfTest;
+use crate::info::repair_notes;
+use nalgebra::Point3;
+use sombrero_basis::{Basis, BasisError, BasisOptions};
+use sombrero_io::{Document, Limits, Rewrite, Rewritten, WriteError};
+use sombrero_search::{Model, Stages};
+use sombrero_watermark::{Identity, Key, OriginalDigest, Parameters, Secret, embed as insert};
+
+/// With fewer coefficients than the paper's a mark is too easily lost to be made without being asked for.
+const FEWEST: usize = 50;
+
+/// The mark must read back at least this well from the file just written, and should after a little noise.
+const READ_BACK: f64 = -6.0;
+
+/// An original that is ready for any number of marked copies: the basis is computed once.
+#[derive(Debug)]
+pub struct Embedder<'a> {
+    original: &'a Document,
+    model: Model,
+    basis: Basis,
+    basis_digest: [u8; 32],
+    digest: OriginalDigest,
+    /// With as many coefficients as the basis has.
+    parameters: Parameters,
+    self_test: SelfTest,
+    /// What is to be said of every copy.
+    warnings: Vec<String>,
+    /// The preparation's.
+    pub(super) seconds: Stages,
+}
+
+impl<'a> Embedder<'a> {
+    /// The original with its basis computed. `fewer_if_small` is [`EmbedOptions::fewer_if_small`].
+    ///
+    /// # Errors
+    /// [`EmbedError`] when the mesh cannot carry a mark with these parameters.
+    pub fn new(
+        original: &'a Document,
+        parameters: Parameters,
+        fewer_if_small: bool,
+    ) -> Result<Self, EmbedError> {
+        let mut seconds = Stages::default();
+        let Parameters { basis: wanted, epsilon } = parameters;
+        if !(epsilon > 0.0 && epsilon <= 1.0) {
+            return Err(EmbedError::Epsilon { epsilon });
+        }
+        if wanted.coefficients < 4 {
+            return Err(EmbedError::Coefficients { coefficients: wanted.coefficients });
+        }
+        let model = seconds.time("weld", || Model::new(&original.soup()));
+        if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
+            return Err(EmbedError::NoFaces);
+        }
+        let mut progressive = seconds.time("conversion", || model.progressive());
+        let basis = seconds.time("basis", || match model.basis_of(&mut progressive, &wanted) {
+            Err(BasisError::TooFewSplits { available, .. }) if fewer_if_small => {
+                let fewer = BasisOptions { coefficients: available.max(FEWEST), ..wanted };
+                model.basis_of(&mut progressive, &fewer)
+            }
+            basis => basis,
+        })?;
+        drop(progressive);
+        let coefficients = basis.functions().len();
+        let self_test = seconds.time("test", || SelfTest::new(&model, &basis))?;
+        let digest = seconds.time("insert", || OriginalDigest::of(&original.content()));
+        Ok(Self {
+            original,
+            warnings: warnings(original, &model, wanted.coefficients, coefficients),
+            model,
+            basis_digest: basis.digest(),
+            basis,
+            digest,
+            parameters: Parameters { basis: BasisOptions { coefficients, ..wanted }, epsilon },
+            self_test,
+            seconds,
+        })
+    }
+
+    /// Lowers ε so far that none of these marks moves a vertex by more than `most` model units, before the file rounds
+    /// it, and gives the ε that all copies now have. It is never raised.
+    ///
+    /// # Errors
+    /// [`EmbedError::Displacement`] when `most` is not above 0.
+    pub fn limit_displacement<'b>(
+        &mut self,
+        most: f64,
+        marks: impl IntoIterator<Item = (&'b Identity, &'b Secret)>,
+    ) -> Result<f64, EmbedError> {
+        if !(most > 0.0 && most.is_finite()) {
+            return Err(EmbedError::Displacement { most });
+        }
+        for (identity, secret) in marks {
+            let w = self.watermark(identity, secret);
+            let moves = self.basis.displacements(&w, 1.0);
+            let longest = moves.iter().map(|d| d.norm_squared()).fold(0.0, f64::max).sqrt();
+            if longest > 0.0 {
+                self.parameters.epsilon = self.parameters.epsilon.min(rounded_down(most / longest));
+            }
+        }
+        Ok(self.parameters.epsilon)
+    }
+
+    /// The parameters that all copies are marked with.
+    pub fn parameters(&self) -> Parameters {
+        self.parameters
+    }
+
+    /// The key of the copy with this identity and secret.
+    pub fn key(&self, identity: Identity, secret: Secret) -> Key {
+        Key::with_digest(&self.digest, identity, secret, self.parameters, &self.basis_digest)
+    }
+
+    /// One marked copy, tested.
+    ///
+    /// # Errors
+    /// [`EmbedError`] when the format cannot store the mark.
+    pub fn mark(&self, identity: Identity, secret: Secret, rewrite: &Rewrite) -> Result<Marked, EmbedError> {
+        let mut seconds = Stages::default();
+        let Self { original, model, basis, .. } = self;
+        let key = self.key(identity, secret);
+        let (Rewritten { bytes, companions }, moved) = seconds.time("insert", || {
+            let points = insert(&model.soup().points, basis, &key.watermark, key.parameters.epsilon);
+            let rewritten = original.rewrite(&model.stored_from_points(&points), rewrite)?;
+            Ok::<_, WriteError>((rewritten, points))
+        })?;
+        let copy = seconds.time("read back", || self.read_back(&bytes, companions.is_empty(), &moved))?;
+        let [log10_p, log10_p_after_noise] =
+            seconds.time("test", || self.self_test.log10_p(model, basis, &key, copy.points()))?;
+        if log10_p > READ_BACK {
+            return Err(EmbedError::Lost { log10_p });
+        }
+        let mut warnings = self.warnings.clone();
+        if log10_p_after_noise > READ_BACK {
+            warnings.push(format!(
+                "The mark is weak: after noise of 0.2 % of the largest side the paper's test would give log10 p = \
+                 {log10_p_after_noise:.1}; raise epsilon, or allow a larger displacement, if the model bears it."
+            ));
+        }
+        let report = EmbedReport {
+            vertices: original.points().len(),
+            faces: usize::try_from(original.triangles_with_instances()).unwrap_or(usize::MAX),
+            coefficients: key.watermark.len(),
+            epsilon: key.parameters.epsilon,
+            basis: key.parameters.basis.function.to_string(),
+            distortion: DistortionReport::between(model, &moved),
+            log10_p,
+            log10_p_after_noise,
+            seconds,
+            warnings,
+        };
+        Ok(Marked { bytes, companions, points: copy.points().to_vec(), key, report })
+    }
+
+    /// The marked file with `moved` points, read from its `bytes`. One that needs others cannot be read from memory; then
+    /// the same positions are read from one that does not.
+    fn read_back(
+        &self,
+        bytes: &[u8],
+        stands_alone: bool,
+        moved: &[Point3<f64>],
+    ) -> Result<Document, EmbedError> {
+        let whole = if stands_alone {
+            bytes.to_vec()
+        } else {
+            self.original.with_points(&self.model.stored_from_points(moved))?
+        };
+        Ok(Document::parse_within(whole, Some(self.original.extension()), Limits::unlimited())?)
+    }
+
+    fn watermark(&self, identity: &Identity, secret: &Secret) -> Vec<f64> {
+        self.digest.watermark(identity, secret, self.parameters.basis.coefficients)
+    }
+}
+
+/// `x` with two significant digits, so that a key is easy to read.
+fn rounded_down(x: f64) -> f64 {
+    let unit = 10_f64.powi(libm::floor(libm::log10(x)) as i32 - 1);
+    let rounded = (x / unit).floor() * unit;
+    // What a decimal cannot hold exactly may come out above.
+    let shown: f64 = format!("{rounded:.1e}").parse().unwrap_or(x);
+    if shown <= x { shown } else { x }
+}
+
+/// What was mended, and whether the mesh is small.
+fn warnings(original: &Document, model: &Model, wanted: usize, carried: usize) -> Vec<String> {
+    let mut notes = original.notes().to_vec();
+    notes.extend(repair_notes(&model.repaired().report));
+    if carried < wanted {
+        notes.push(format!(
+            "The mesh is small: it carries {carried} coefficients, not {wanted}, which survive less."
+        ));
+    }
+    notes
+}

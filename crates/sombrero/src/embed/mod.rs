@@ -1,0 +1,46 @@
+//! Marks a file.
+
+mod embedder;
+mod error;
+mod marked;
+mod options;
+mod self_test;
+
+pub use embedder::Embedder;
+pub use error::EmbedError;
+pub use marked::{DistortionReport, EmbedReport, Marked};
+pub use options::EmbedOptions;
+
+use sombrero_io::Document;
+use sombrero_watermark::Secret;
+
+/// Marks `original` with a watermark that follows from its bytes, the identity and `secret`, and checks
+/// that the marked file gives the mark back.
+///
+/// For many copies of one original make an [`Embedder`] once.
+///
+/// # Errors
+/// [`EmbedError`] when the mesh cannot carry the mark or the format cannot store it.
+///
+/// # Example
+/// ```
+/// use sombrero::{EmbedOptions, embed, io::{Document, Format, encode}, shapes, watermark::Secret};
+///
+/// let file = encode(Format::Obj, &shapes::bumpy_sphere(2000))?;
+/// let original = Document::parse(file, None)?;
+/// let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default())?;
+/// assert!(marked.report.distortion.relative_rms < 0.002);
+/// assert!(marked.report.log10_p < -100.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Result<Marked, EmbedError> {
+    let mut embedder = Embedder::new(original, options.parameters, options.fewer_if_small)?;
+    if let Some(most) = options.max_displacement {
+        embedder.limit_displacement(most, [(&options.identity, &secret)])?;
+    }
+    let mut marked = embedder.mark(options.identity.clone(), secret, &options.rewrite)?;
+    let mut seconds = embedder.seconds;
+    seconds.add(marked.report.seconds);
+    marked.report.seconds = seconds;
+    Ok(marked)
+}

@@ -1,0 +1,20 @@
+//! What is embedded, and how strongly.
+
+use sombrero_io::Rewrite;
+use sombrero_watermark::{Identity, Parameters};
+
+/// What the mark says and how strong it is.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct EmbedOptions {
+    /// Coefficients, basis function and ε.
+    pub parameters: Parameters,
+    /// Take fewer coefficients, 50 at least, when the mesh cannot carry as many. Otherwise that is an
+    /// error. Default: no.
+    pub fewer_if_small: bool,
+    /// Lower ε so far that no vertex moves by more than this many model units. Default: `None`.
+    pub max_displacement: Option<f64>,
+    /// Whose mark it is.
+    pub identity: Identity,
+    /// Whether stored normals turn with the surface, and the name that the copy will have.
+    pub rewrite: Rewrite,
+}

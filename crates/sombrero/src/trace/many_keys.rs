@@ -1,0 +1,93 @@
+//! The examiner for many keys: each is tested alone, and beside those that the others show.
+
+use crate::detect::{DetectError, FLOORS, robust};
+use nalgebra::Affine3;
+use rayon::prelude::*;
+use sombrero_extraction::Estimate;
+use sombrero_search::{Examiner, Hypothesis, Stages};
+use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, accuse, watermark_test};
+
+/// The best test of one key so far.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Score {
+    pub(super) p: LogProbability,
+    pub(super) correlation: f64,
+    pub(super) beside_others: bool,
+}
+
+/// Looks for many watermarks at once.
+pub(super) struct ManyKeys<'a> {
+    watermarks: Vec<&'a [f64]>,
+    /// One for each watermark.
+    pub(super) scores: Vec<Score>,
+    /// The best p of all, and the estimate in which it was.
+    pub(super) best: LogProbability,
+    pub(super) clearest: Option<(Estimate, Option<Affine3<f64>>)>,
+}
+
+impl<'a> ManyKeys<'a> {
+    pub(super) fn new(watermarks: Vec<&'a [f64]>) -> Self {
+        let none = Score { p: LogProbability::ONE, correlation: 0.0, beside_others: false };
+        let scores = vec![none; watermarks.len()];
+        Self { watermarks, scores, best: LogProbability::ONE, clearest: None }
+    }
+}
+
+impl Examiner for ManyKeys<'_> {
+    type Error = DetectError;
+    /// Those of one key, and one beside the others.
+    const TESTS: usize = robust::TESTS + 1;
+
+    fn examine(
+        &mut self,
+        hypothesis: &Hypothesis,
+        estimate: &Estimate,
+        seconds: &mut Stages,
+    ) -> Result<(), DetectError> {
+        let extracted = estimate.known();
+        let scores = seconds.time("tests", || {
+            let ellipsoid = Ellipsoid::new(&estimate.coefficients, &estimate.precision)?;
+            let ellipsoids = FLOORS.map(|floor| ellipsoid.with_floor(floor));
+            let ellipsoids = ellipsoids.into_iter().collect::<Result<Vec<_>, _>>()?;
+            let options = WatermarkTestOptions::default();
+            let alone = |w: &&[f64]| {
+                let correlation = watermark_test(w, &extracted, &options)?;
+                let mut p = correlation.p;
+                for ellipsoid in &ellipsoids {
+                    p = smaller(p, ellipsoid.test(w)?.bound);
+                }
+                Ok::<_, DetectError>(Score { p, correlation: correlation.rho(), beside_others: false })
+            };
+            let mut scores = self.watermarks.par_iter().map(alone).collect::<Result<Vec<_>, _>>()?;
+            let beside = accuse(&self.watermarks, &ellipsoid)?;
+            for (score, p) in scores.iter_mut().zip(beside) {
+                if p < score.p {
+                    *score = Score { p, beside_others: true, ..*score };
+                }
+            }
+            Ok::<_, DetectError>(scores)
+        })?;
+        let best = scores.iter().map(|score| score.p).fold(LogProbability::ONE, smaller);
+        if self.clearest.is_none() || best < self.best {
+            (self.best, self.clearest) = (best, Some((estimate.clone(), hypothesis.pose)));
+        }
+        for (known, score) in self.scores.iter_mut().zip(scores) {
+            if score.p < known.p {
+                *known = score;
+            }
+        }
+        Ok(())
+    }
+
+    fn best(&self) -> Option<LogProbability> {
+        self.clearest.as_ref().map(|_| self.best)
+    }
+
+    fn watermarks(&self) -> usize {
+        self.watermarks.len()
+    }
+}
+
+fn smaller(a: LogProbability, b: LogProbability) -> LogProbability {
+    if b < a { b } else { a }
+}
