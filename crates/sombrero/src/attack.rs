@@ -7,7 +7,7 @@ use sombrero_mesh::Soup;
 use sombrero_search::Model;
 use thiserror::Error;
 
-/// Why a file cannot be attacked.
+/// The reason why a file cannot be attacked.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum AttackFileError {
@@ -21,6 +21,7 @@ pub enum AttackFileError {
 
 /// An attacked file.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct AttackedFile {
     /// Its bytes, in the format of the attacked file.
     pub bytes: Vec<u8>,

@@ -1,4 +1,4 @@
-//! How far two files are apart.
+//! The distance between two files.
 
 use serde::Serialize;
 use sombrero_io::Document;
@@ -29,7 +29,7 @@ pub struct Comparison {
     pub vertex_max: Option<f64>,
 }
 
-/// Why two files cannot be compared.
+/// The reason why two files cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum CompareError {

@@ -1,4 +1,4 @@
-//! What a mesh file is, and whether it can be marked.
+//! An account of a mesh file, and whether it can be marked.
 
 use serde::Serialize;
 use sombrero_basis::{Basis, BasisOptions};
@@ -47,18 +47,19 @@ pub struct Info {
     /// Enclosed volume in cubed model units, negative when the faces look inwards; `None` for an open mesh
     /// or beyond all numbers.
     pub volume: Option<f64>,
-    /// What the file holds beside positions and faces.
+    /// Names of what the file holds beside positions and faces.
     pub attributes: Vec<String>,
     /// Whether the mesh can carry the usual number of coefficients.
     pub markable: bool,
-    /// How many coefficients it can carry at most.
+    /// The largest number of coefficients that it can carry.
     pub capacity: usize,
     /// What is unusual, in sentences.
     pub warnings: Vec<String>,
 }
 
-/// An axis-aligned box.
+/// An axis-aligned box, in model units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Corners {
     /// Smallest x, y, z.
     pub min: [f64; 3],
@@ -140,7 +141,7 @@ fn too_small(capacity: usize, usual: usize) -> String {
     }
 }
 
-/// What was mended to get a manifold, one sentence each. The file itself keeps all of it.
+/// The mends that gave a manifold, one sentence each. The file itself keeps all of it.
 pub(crate) fn repair_notes(report: &Report) -> Vec<String> {
     let notes = [
         (report.out_of_range_faces, "faces with a corner that does not exist are passed over"),

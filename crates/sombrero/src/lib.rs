@@ -20,6 +20,7 @@ pub use prepared_basis::{PreparedBasis, PreparedBasisError};
 pub use sombrero_search::{Model, SearchError, Stages, Suspect, When};
 pub use trace::{Named, Rejected, Trace, Tracer};
 
+pub use nalgebra;
 pub use sombrero_attacks as attacks;
 pub use sombrero_basis as basis;
 pub use sombrero_extraction as extraction;

@@ -1,4 +1,4 @@
-//! What was found.
+//! The answer of a detection.
 
 use super::options::Method;
 use nalgebra::{Affine3, Matrix4, Point3};
@@ -7,7 +7,7 @@ use sombrero_extraction::Estimate;
 use sombrero_registration::Registration;
 use sombrero_search::Stages;
 
-/// What was found.
+/// The answer of a detection: what was found of one mark in one suspect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Detection {
@@ -22,9 +22,9 @@ pub struct Detection {
     pub threshold: f64,
     /// Correlation of inserted and extracted coefficients; 0 when there are too few.
     pub correlation: f64,
-    /// How many coefficients the test used.
+    /// The number of coefficients that the test used.
     pub coefficients_used: usize,
-    /// Share of the original's area that was found on the suspect.
+    /// Share of the original's area that was found on the suspect, 0 to 1.
     pub coverage: f64,
     /// The method.
     pub method: Method,
@@ -32,14 +32,15 @@ pub struct Detection {
     pub variant: Variant,
     /// All variants that were tried.
     pub variants: Vec<Variant>,
-    /// How many variants p was corrected for: those tried, and those left out because one was certain.
+    /// The number of variants that p was corrected for: those tried, and those left out because one was certain.
     pub variants_counted: usize,
-    /// How the suspect was moved onto the original; `None` when it was taken as it is.
+    /// The map that brought the suspect onto the original; `None` when it was taken as it is.
     pub registration: Option<Alignment>,
     /// The extracted coefficients of the winning variant. For a marked copy they are nearly the secret w:
     /// keep them as carefully as the key.
     pub extracted: Vec<Option<f64>>,
-    /// Where the winning variant found each point of the original, in the original's coordinates.
+    /// The place where the winning variant found each of the original's points, in the original's coordinates; `None`
+    /// where it is missing.
     #[serde(skip)]
     pub found: Vec<Option<Point3<f64>>>,
     /// Seconds by stage.
@@ -56,7 +57,7 @@ pub struct Variant {
     pub registration: bool,
     /// Whether it was resampled; with the robust method, whether surfaces were compared instead of vertices.
     pub resampling: bool,
-    /// What was solved for beside the coefficients.
+    /// The name of what was solved for beside the coefficients.
     pub nuisance: &'static str,
     /// The test.
     pub test: Test,
@@ -68,7 +69,7 @@ pub struct Variant {
     pub correlation: f64,
 }
 
-/// How inserted and extracted coefficients are compared.
+/// A comparison of inserted with extracted coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -115,7 +116,7 @@ impl Alignment {
     }
 }
 
-/// What to say of a test that rests on next to nothing.
+/// A warning of a test that rests on next to nothing.
 pub(super) fn few(used: usize) -> Option<String> {
     (used < 8).then(|| format!("Fewer than 8 coefficients could be compared ({used}), which proves little."))
 }

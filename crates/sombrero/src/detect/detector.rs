@@ -19,7 +19,7 @@ pub struct Detector {
 }
 
 impl Detector {
-    /// Checks that `key` is genuine and belongs to `original`, and computes the basis.
+    /// The detector of `key`, which must be genuine and belong to `original`. Computes the basis.
     ///
     /// # Errors
     /// [`DetectError::Key`] or [`DetectError::Basis`] when they do not belong together.

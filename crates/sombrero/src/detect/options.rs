@@ -1,15 +1,15 @@
-//! How to look.
+//! The options of a detection.
 
 use super::error::DetectError;
 use serde::Serialize;
 use sombrero_search::{SearchOptions, Suspect, When};
 
-/// How the coefficients are read and compared.
+/// A way to read and compare the coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// What else was done to the shape is solved for too, with robust weights and standard errors; suspects of
-    /// another connectivity are compared surface to surface; several tests. The default.
+    /// The default: what else was done to the shape is solved for too, with robust weights and standard errors;
+    /// suspects of another connectivity are compared surface to surface; several tests.
     #[default]
     Robust,
     /// The paper's: resampling, least squares, correlation and t test.
@@ -26,12 +26,12 @@ impl Method {
     }
 }
 
-/// How to look.
+/// The options of a detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectOptions {
-    /// The method.
+    /// The method. Default [`Method::Robust`].
     pub method: Method,
-    /// Whether the suspect is aligned to the original first.
+    /// Whether the suspect is aligned to the original first. Default [`When::Auto`].
     pub registration: When,
     /// Whether the suspect is resampled to the original's connectivity. The robust method does not resample, but
     /// compares surfaces; `Never` forbids that, and `Always` forbids it to use vertices that correspond.

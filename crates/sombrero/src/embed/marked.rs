@@ -14,13 +14,13 @@ use sombrero_watermark::{Distortion, Key, normal_change};
 pub struct Marked {
     /// The file: the original with other positions.
     pub bytes: Vec<u8>,
-    /// What belongs beside it: see [`Rewrite::stem`].
+    /// The files that belong beside it: see [`Rewrite::stem`].
     pub companions: Vec<Companion>,
     /// The stored positions as they read back.
     pub points: Vec<Point3<f64>>,
     /// The secret key that finds the mark again.
     pub key: Key,
-    /// What was done, for people and programs.
+    /// The figures, for people and programs.
     pub report: EmbedReport,
 }
 
@@ -38,7 +38,7 @@ pub struct EmbedReport {
     pub epsilon: f64,
     /// The basis function's name.
     pub basis: String,
-    /// How far the vertices with a face moved.
+    /// The displacements of the vertices that have a face.
     pub distortion: DistortionReport,
     /// log10 of the probability that an unmarked mesh would match as well, read back from the marked file.
     pub log10_p: f64,
@@ -62,7 +62,7 @@ pub struct DistortionReport {
     pub relative_max: f64,
     /// `rms` over the largest side.
     pub relative_rms: f64,
-    /// How far face normals turned, root mean square by area, in radians.
+    /// The angle by which face normals turned, root mean square by area, in radians.
     pub normals_rms: f64,
 }
 

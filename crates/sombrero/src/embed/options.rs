@@ -1,9 +1,9 @@
-//! What is embedded, and how strongly.
+//! The options of an embedding.
 
 use sombrero_io::Rewrite;
 use sombrero_watermark::{Identity, Parameters};
 
-/// What the mark says and how strong it is.
+/// The options of an embedding: what the mark says and how strong it is.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EmbedOptions {
     /// Coefficients, basis function and ε.
@@ -13,7 +13,7 @@ pub struct EmbedOptions {
     pub fewer_if_small: bool,
     /// Lower ε so far that no vertex moves by more than this many model units. Default: `None`.
     pub max_displacement: Option<f64>,
-    /// Whose mark it is.
+    /// The texts that tell whose mark it is and which copy.
     pub identity: Identity,
     /// Whether stored normals turn with the surface, and the name that the copy will have.
     pub rewrite: Rewrite,

@@ -26,8 +26,8 @@ struct Group {
 }
 
 impl Tracer {
-    /// Checks which keys are genuine and belong to `original`, and computes the basis, once for all keys of equal
-    /// parameters. Those that do not belong are given back with the reason.
+    /// The tracer of those keys that are genuine and belong to `original`; the basis is computed once for all keys of
+    /// equal parameters. Those that do not belong are given back with the reason.
     ///
     /// # Errors
     /// [`DetectError::NoFaces`] or [`DetectError::Basis`] when the original cannot carry such marks.
@@ -60,7 +60,7 @@ impl Tracer {
         Ok((Self { keys, groups }, rejected))
     }
 
-    /// How many keys can be traced.
+    /// The number of keys that can be traced.
     pub fn len(&self) -> usize {
         self.groups.iter().map(|group| group.keys.len()).sum()
     }

@@ -7,14 +7,15 @@ use sombrero_watermark::Mismatch;
 
 /// A key that takes no part.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Rejected {
     /// Its place among the keys that were given.
     pub index: usize,
-    /// Why.
+    /// The reason.
     pub reason: Mismatch,
 }
 
-/// Who is in a suspect.
+/// The answer of a trace: whose copies a suspect was made of.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Trace {
@@ -24,11 +25,11 @@ pub struct Trace {
     pub recipients: Vec<Named>,
     /// The threshold for p.
     pub threshold: f64,
-    /// How many tests p was corrected for: of all keys, in all variants, those left out because one was certain too.
+    /// The number of tests that p was corrected for: of all keys, in all variants, those left out because one was certain too.
     pub variants_counted: usize,
-    /// Share of the original's area that was found on the suspect.
+    /// Share of the original's area that was found on the suspect, 0 to 1.
     pub coverage: f64,
-    /// How the suspect was moved onto the original; `None` when it was taken as it is.
+    /// The map that brought the suspect onto the original; `None` when it was taken as it is.
     pub registration: Option<Alignment>,
     /// Seconds by stage.
     pub seconds: Stages,
