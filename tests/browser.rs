@@ -10,9 +10,9 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::Value;
 use sombrero::attacks::crop;
 use sombrero::io::{Document, Format, encode};
-use sombrero::report::{DetectionReport, FileLabel, detection_report, evidence_of};
 use sombrero::shapes;
 use sombrero::{DetectOptions, Detector};
+use sombrero_report::{Evidence, FileHash, Record, Report, page};
 use sombrero_tests::{Workshop, document, marked};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -38,11 +38,6 @@ static CHROMIUM: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
     found
 });
 
-/// The JSON that the report carries.
-fn evidence() -> Value {
-    serde_json::json!({ "suspect": HOSTILE, "p": 1e-9, "nested": [HOSTILE, null] })
-}
-
 /// A report on a marked copy that was cropped, turned and moved.
 static PAGE: LazyLock<String> = LazyLock::new(|| {
     let original = document(Format::Off, &shapes::bumpy_sphere(900));
@@ -51,21 +46,18 @@ static PAGE: LazyLock<String> = LazyLock::new(|| {
     let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.4);
     soup.points.iter_mut().for_each(|p| *p = turn * *p * 1.5 + nalgebra::Vector3::new(3.0, 2.0, 1.0));
     let suspect = Document::parse(encode(Format::Off, &soup).unwrap(), None).unwrap();
+    let settings = DetectOptions::default();
     let detector = Detector::new(&original, mark.key).unwrap();
-    let detection = detector.detect(&detector.suspect(&suspect), &DetectOptions::default()).unwrap();
-    let file = FileLabel { name: HOSTILE, sha256: &"0123456789abcdef".repeat(4) };
-    detection_report(&DetectionReport {
+    let detection = detector.detect(&detector.suspect(&suspect), &settings).unwrap();
+    let file = || FileHash { path: HOSTILE.into(), sha256: "0123456789abcdef".repeat(4) };
+    let evidence = Evidence::new(file(), file(), file(), detector.key(), settings);
+    page(&Report {
         detection: &detection,
         key: detector.key(),
         original: detector.model(),
         suspect: &suspect.soup(),
-        found: Some(&detection.found),
-        original_file: file,
-        suspect_file: file,
-        key_file: file,
-        command: "sombrero detect a-rather-long-name-of-a-suspect.ply --original another-long-name.ply --key a.key",
-        date: Some(HOSTILE),
-        evidence: Some(&evidence().to_string()),
+        prepared: false,
+        evidence: &evidence,
     })
     .unwrap()
 });
@@ -165,7 +157,10 @@ fn the_view_draws_and_obeys() {
         assert_eq!(seen["wheel_without_focus"], false, "the page must scroll: {seen}");
         assert_eq!((&seen["missing_shown"], &seen["canvas_printed"]), (&false.into(), &false.into()));
         assert_eq!(seen["loaded"], 0, "something was loaded: {seen}");
-        assert_eq!(seen["evidence"], evidence(), "a browser reads other evidence");
+        let record = Record::find(PAGE.as_bytes()).unwrap().figures;
+        for field in ["suspect", "files", "detected", "threshold", "variants_counted"] {
+            assert_eq!(seen["evidence"][field], record[field], "a browser reads another {field}");
+        }
         assert_eq!((&seen["width"], &seen["content_width"]), (&width.into(), &width.into()));
         assert_eq!(seen["paper"], paper);
         let contrast = seen["least_contrast"]["ratio"].as_f64().unwrap();
@@ -188,8 +183,8 @@ fn without_webgl_a_sentence_says_so_and_other_scripts_are_refused() {
 
 #[test]
 fn the_page_carries_its_evidence_and_names_no_address() {
-    let found: Value = serde_json::from_str(evidence_of(&PAGE).unwrap()).unwrap();
-    assert_eq!(found, evidence());
+    let record = Record::find(PAGE.as_bytes()).unwrap();
+    assert_eq!(record.evidence.files.suspect.path, HOSTILE);
     let (before, script) = PAGE.rsplit_once("<script>").unwrap();
     assert!(script.ends_with("</script></body></html>"));
     for word in ["http:", "https:", "src=\"/", "href", "url(", "@import"] {

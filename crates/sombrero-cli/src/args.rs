@@ -1,7 +1,6 @@
 //! The command line, as `--help` shows it.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use serde::{Deserialize, Serialize};
 use sombrero::attacks::Attack;
 use sombrero::basis::BasisFunction;
 use sombrero::io::Limits;
@@ -212,8 +211,7 @@ pub(crate) struct Embed {
     pub(crate) force: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Method {
     /// What else was done to the shape is solved for too; several tests.
     Robust,
@@ -230,8 +228,7 @@ impl From<Method> for sombrero::Method {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum When {
     /// As the suspect asks for; the paper's method tries with and without, and the better one counts.
     Auto,

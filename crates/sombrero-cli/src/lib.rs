@@ -4,7 +4,6 @@
 mod args;
 mod batch;
 mod commands;
-mod evidence;
 mod failure;
 mod files;
 mod progress;

@@ -1,9 +1,9 @@
 //! What a search may do.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The condition under which a step is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum When {
     /// The search takes it as the suspect asks for; the paper's method tries with and without, and the better one counts.
@@ -13,6 +13,17 @@ pub enum When {
     Always,
     /// Only without it.
     Never,
+}
+
+impl When {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Always => "always",
+            Self::Never => "never",
+        }
+    }
 }
 
 /// The routes that a search may take, and when it may end early.

@@ -6,7 +6,6 @@ mod detect;
 mod embed;
 mod info;
 mod prepared_basis;
-pub mod report;
 mod trace;
 
 pub use attack::{AttackFileError, AttackedFile, attack};

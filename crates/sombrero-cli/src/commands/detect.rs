@@ -1,32 +1,17 @@
 //! `sombrero detect`: one suspect, or several against one original.
 
 use crate::args::Detect;
-use crate::evidence::{Evidence, FileHash, Files, PROGRAM, Settings};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{Answer, Context, Outcome, batch, files};
-use serde::Serialize;
 use sombrero::io::{Access, Document, Limits, Output};
-use sombrero::mesh::Soup;
-use sombrero::report::{DetectionReport, detection_report};
 use sombrero::watermark::Key;
 use sombrero::{DetectError, DetectOptions, Detection, Detector, PreparedBasis, SearchError};
+use sombrero_report::{Evidence, FileHash, Report, page, record};
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// For programs.
-#[derive(Serialize)]
-struct Report<'a> {
-    suspect: &'a str,
-    #[serde(flatten)]
-    detection: &'a Detection,
-    /// Whether the basis came from a prepared file.
-    prepared: bool,
-    #[serde(flatten)]
-    evidence: &'a Evidence,
-}
 
 pub(crate) fn run(args: &Detect, context: &Context) -> Result<Outcome, Failure> {
     let beside = files::beside_key(&args.key);
@@ -105,13 +90,13 @@ impl<'a> Job<'a> {
             note,
             confirmed: OnceCell::new(),
             original: FileHash { path: args.original.display().to_string(), sha256: original_sha256 },
-            key: FileHash::new(&args.key, &bytes),
+            key: FileHash::new(args.key.display().to_string(), &bytes),
             preparation: start.elapsed().as_secs_f64(),
         })
     }
 
-    /// Looks at one suspect, and writes its report to `page`.
-    fn look(&self, path: &Path, page: Option<&Path>) -> Result<Answer, Failure> {
+    /// Looks at one suspect, and writes its page to `report_path`.
+    fn look(&self, path: &Path, report_path: Option<&Path>) -> Result<Answer, Failure> {
         let Self { args, detector, .. } = self;
         let _progress = Progress::new(format!("looking at {}", path.display()));
         let file = files::read_mesh(path, self.limits)?;
@@ -119,40 +104,44 @@ impl<'a> Job<'a> {
         let suspect = detector.suspect(&file);
         // Detection needs the memory.
         drop(file);
-        let options = evidence.settings.options();
-        let mut detection = detector.detect(&suspect, &options).map_err(|e| failure(args, path, &e))?;
+        let mut detection =
+            detector.detect(&suspect, &evidence.settings).map_err(|e| failure(args, path, &e))?;
         detection.seconds.0.insert(0, ("preparation", self.preparation));
         detection.warnings.extend(self.note.clone());
         if detection.detected && self.from_file {
             detection.warnings.extend(self.vouch()?);
         }
-        let mut json = json(&detection, self.from_file, &evidence)?;
-        if let Some(page) = page {
-            let html = self::page(detector, &suspect.soup, &detection, &evidence, &json)?;
-            let output = Output { path: page, bytes: html.as_bytes(), access: Access::Usual };
+        let report = Report {
+            detection: &detection,
+            key: detector.key(),
+            original: detector.model(),
+            suspect: &suspect.soup,
+            prepared: self.from_file,
+            evidence: &evidence,
+        };
+        let (mut text, mut json) = (text(path, &detection), record(&report));
+        if let Some(path) = report_path {
+            let html = page(&report).map_err(|e| Failure::new("internal", e.to_string()))?;
+            let output = Output { path, bytes: html.as_bytes(), access: Access::Usual };
             files::write_all(&[output], args.force)?;
-        }
-        let mut text = text(path, &detection);
-        if let Some(page) = page {
-            let page = page.display().to_string();
-            text += &format!("\n  report        {page}");
-            json["report"] = page.into();
+            let path = path.display().to_string();
+            text += &format!("\n  report        {path}");
+            json["report"] = path.into();
         }
         Ok(Answer::new(text, &json)?.found_if(detection.detected))
     }
 
     fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
         let Detect { method, registration, resampling, threshold, seed, .. } = *self.args;
-        Evidence {
-            program: PROGRAM.to_owned(),
-            files: Files {
-                suspect: FileHash::new(path, &suspect.content()),
-                original: self.original.clone(),
-                key: self.key.clone(),
-                commitment: hex::encode(self.detector.key().commitment()),
-            },
-            settings: Settings { method, registration, resampling, threshold, seed },
-        }
+        let settings = DetectOptions {
+            method: method.into(),
+            registration: registration.into(),
+            resampling: resampling.into(),
+            threshold,
+            seed,
+        };
+        let suspect = FileHash::new(path.display().to_string(), &suspect.content());
+        Evidence::new(suspect, self.original.clone(), self.key.clone(), self.detector.key(), settings)
     }
 
     /// Key and prepared file may have been made up together, and then any suspect has the mark. So what was found with
@@ -171,53 +160,6 @@ impl<'a> Job<'a> {
             path.display()
         )))
     }
-}
-
-/// What `--json` prints.
-pub(crate) fn json(
-    detection: &Detection,
-    prepared: bool,
-    evidence: &Evidence,
-) -> Result<serde_json::Value, Failure> {
-    let report = Report { suspect: &evidence.files.suspect.path, detection, prepared, evidence };
-    serde_json::to_value(&report).map_err(|e| Failure::new("internal", e.to_string()))
-}
-
-/// The report's page, with its JSON in it; hashes are those of the files as they were read.
-pub(crate) fn page(
-    detector: &Detector,
-    suspect: &Soup,
-    detection: &Detection,
-    evidence: &Evidence,
-    json: &serde_json::Value,
-) -> Result<String, Failure> {
-    let input = DetectionReport {
-        detection,
-        key: detector.key(),
-        original: detector.model(),
-        suspect,
-        found: Some(&detection.found),
-        original_file: evidence.files.original.label(),
-        suspect_file: evidence.files.suspect.label(),
-        key_file: evidence.files.key.label(),
-        command: &evidence.command(),
-        date: None,
-        evidence: Some(&json.to_string()),
-    };
-    detection_report(&input).map_err(|e| Failure::new("internal", e.to_string()))
-}
-
-/// The figures of one detection as `detect --json` prints them, from files wherever they are now.
-pub(crate) fn figures(
-    suspect: &Document,
-    original: &Document,
-    key: Key,
-    options: &DetectOptions,
-) -> Result<serde_json::Value, DetectError> {
-    let detector = Detector::new(original, key)?;
-    let detection = detector.detect(&detector.suspect(suspect), options)?;
-    // Only numbers, texts and lists: there is nothing that JSON cannot hold.
-    Ok(serde_json::to_value(&detection).unwrap_or_default())
 }
 
 /// The stored basis where there is one to be used, or a sentence that says why the one beside the key is not.

@@ -1,11 +1,11 @@
 //! The options of a detection.
 
 use super::error::DetectError;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sombrero_search::{SearchOptions, Suspect, When};
 
 /// A way to read and compare the coefficients.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// The default: what else was done to the shape is solved for too, with robust weights and standard errors;
@@ -27,7 +27,7 @@ impl Method {
 }
 
 /// The options of a detection.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DetectOptions {
     /// The method. Default [`Method::Robust`].
     pub method: Method,

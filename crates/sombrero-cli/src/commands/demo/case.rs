@@ -1,8 +1,6 @@
 //! A generated model with its mark, and what is done to the copy.
 
 use super::File;
-use crate::commands::detect;
-use crate::evidence::{Evidence, FileHash, Files, PROGRAM, Settings};
 use crate::failure::Failure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,8 +9,8 @@ use sombrero::attacks::{Attack, apply_all, noise};
 use sombrero::io::{Access, Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::watermark::{Identity, Secret};
-use sombrero::{Detection, Detector, EmbedOptions, Marked, Stages, embed};
-use std::path::Path;
+use sombrero::{DetectOptions, Detection, Detector, EmbedOptions, Marked, Stages, embed};
+use sombrero_report::{Evidence, FileHash, Report, page};
 
 /// The attacks of the table.
 const BATTERY: [(&str, &str); 12] = [
@@ -102,7 +100,7 @@ impl Case {
             Document::parse(encode(self.original.format(), soup)?, None).map_err(|e| self.failed(&e))?;
         let mut detection = self
             .detector
-            .detect(&self.detector.suspect(&document), &Settings::default().options())
+            .detect(&self.detector.suspect(&document), &DetectOptions::default())
             .map_err(|e| self.failed(&e))?;
         // One seed, one demo: times would differ from run to run.
         detection.seconds = Stages::default();
@@ -119,20 +117,22 @@ impl Case {
         for tried in tried {
             files.push(usual(tried.file.clone(), tried.document.bytes().to_vec()));
             if tried.name == reported(self.name) {
-                let hash = |name: &str, bytes: &[u8]| FileHash::new(Path::new(name), bytes);
-                let evidence = Evidence {
-                    program: PROGRAM.to_owned(),
-                    files: Files {
-                        suspect: hash(&tried.file, tried.document.bytes()),
-                        original: hash(&original, self.original.bytes()),
-                        key: hash(&key_name, &key),
-                        commitment: hex::encode(self.marked.key.commitment()),
-                    },
-                    settings: Settings::default(),
+                let evidence = Evidence::new(
+                    FileHash::new(&*tried.file, tried.document.bytes()),
+                    FileHash::new(&*original, self.original.bytes()),
+                    FileHash::new(&*key_name, &key),
+                    &self.marked.key,
+                    DetectOptions::default(),
+                );
+                let report = Report {
+                    detection: &tried.detection,
+                    key: &self.marked.key,
+                    original: self.detector.model(),
+                    suspect: &self.detector.suspect(&tried.document).soup,
+                    prepared: false,
+                    evidence: &evidence,
                 };
-                let suspect = self.detector.suspect(&tried.document).soup;
-                let json = detect::json(&tried.detection, false, &evidence)?;
-                let page = detect::page(&self.detector, &suspect, &tried.detection, &evidence, &json)?;
+                let page = page(&report).map_err(|e| self.failed(&e))?;
                 files.push(usual(format!("{}-report.html", self.name), page.into_bytes()));
             }
         }

@@ -1,10 +1,10 @@
 //! What pictures and scene show: original and suspect, and where the suspect is.
 
-use super::DetectionReport;
 use super::distances::Distances;
+use crate::report::Report;
 use nalgebra::Matrix4;
-use sombrero_mesh::{BoundingBox, Soup};
-use sombrero_render::used_points;
+use sombrero::mesh::{BoundingBox, Soup};
+use sombrero::render::used_points;
 
 /// Both shapes in the original's coordinates.
 pub(super) struct Shapes<'a> {
@@ -17,17 +17,17 @@ pub(super) struct Shapes<'a> {
 }
 
 impl<'a> Shapes<'a> {
-    pub(super) fn new(input: &DetectionReport<'a>) -> Self {
-        let original = input.original.soup();
-        let suspect = aligned(input);
+    pub(super) fn new(report: &Report<'a>) -> Self {
+        let original = report.original.soup();
+        let suspect = aligned(report);
         let placement = placement(original, &suspect);
-        Self { original, suspect, placement, distances: Distances::new(input) }
+        Self { original, suspect, placement, distances: Distances::new(report) }
     }
 }
 
-fn aligned(input: &DetectionReport<'_>) -> Soup {
-    let mut soup = input.suspect.clone();
-    if let Some(alignment) = &input.detection.registration {
+fn aligned(report: &Report<'_>) -> Soup {
+    let mut soup = report.suspect.clone();
+    if let Some(alignment) = &report.detection.registration {
         let matrix = Matrix4::from_fn(|row, column| alignment.matrix[row][column]);
         soup.points.iter_mut().for_each(|point| *point = matrix.transform_point(point));
     }

@@ -1,10 +1,10 @@
 //! How far the suspect is from the original, in numbers, words and colours.
 
-use super::DetectionReport;
 use super::words::{count, percent};
+use crate::report::Report;
 use maud::{Markup, html};
 use nalgebra::Point3;
-use sombrero_render::{ColorMap, HeatMap};
+use sombrero::render::{ColorMap, HeatMap};
 
 /// How far each point of the original is from its place on the suspect, as a share of the largest side; NaN
 /// where that is not known.
@@ -17,11 +17,11 @@ pub(super) struct Distances {
 
 impl Distances {
     /// `None` when no point's place is known, or the original has no size to compare with.
-    pub(super) fn new(input: &DetectionReport<'_>) -> Option<Self> {
-        let side = input.original.largest_side();
-        let soup = input.original.soup();
+    pub(super) fn new(report: &Report<'_>) -> Option<Self> {
+        let side = report.original.largest_side();
+        let soup = report.original.soup();
         let mut shares = vec![f64::NAN; soup.points.len()];
-        for ((share, point), found) in shares.iter_mut().zip(&soup.points).zip(input.found?) {
+        for ((share, point), found) in shares.iter_mut().zip(&soup.points).zip(&report.detection.found) {
             *share = found.map_or(f64::NAN, |found| distance(point, &found) / side);
         }
         // Only what belongs to the surface counts.

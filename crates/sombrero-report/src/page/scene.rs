@@ -16,8 +16,8 @@ use super::distances::{Distances, color};
 use super::shapes::{MARGIN, Placement, Shapes};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use nalgebra::{Point3, Vector3};
-use sombrero_mesh::{BoundingBox, Soup};
-use sombrero_render::used_points;
+use sombrero::mesh::{BoundingBox, Soup};
+use sombrero::render::used_points;
 
 /// The view needs no more, and some telephones could not turn more.
 const TRIANGLES: usize = 12_000;
@@ -124,7 +124,7 @@ fn colors() -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_shapes as shapes;
+    use sombrero::shapes;
 
     #[test]
     fn distances_fill_the_scale() {

@@ -1,10 +1,11 @@
 //! How the answer came about: what was tried, how the suspect was moved, how long it took.
 
+use super::motion;
 use super::viewer::THREE_VERSION;
-use super::words::{decimal, p_value, percent};
-use super::{motion, pair};
-use crate::{Alignment, Detection, Method, Test, Variant};
+use super::words::{decimal, p_value, pair, percent};
+use crate::evidence::PROGRAM;
 use maud::{Markup, html};
+use sombrero::{Alignment, Detection, Method, Test, Variant};
 
 /// `side` is the largest side of the original.
 pub(super) fn section(detection: &Detection, side: f64) -> Markup {
@@ -28,7 +29,7 @@ fn parameters(detection: &Detection) -> Markup {
             (pair("Method", html! { (detection.method.name()) }))
             (pair("Threshold for p", p_value(detection.threshold.log10())))
             (pair("Ways of looking", html! { (detection.variants_counted) }))
-            (pair("Program", html! { "sombrero " (env!("CARGO_PKG_VERSION")) }))
+            (pair("Program", html! { (PROGRAM) }))
             (pair("View in space", html! { "three.js " (THREE_VERSION) }))
         }
     }
@@ -70,6 +71,7 @@ fn test(variant: &Variant) -> String {
     match variant.test {
         Test::Correlation => "correlation".to_owned(),
         Test::Ellipsoid => format!("ellipsoid, floor {}", variant.floor),
+        _ => "another".to_owned(),
     }
 }
 

@@ -1,9 +1,9 @@
 //! The scatter plot of inserted against extracted coefficients, as SVG.
 
 use super::words::decimal;
-use crate::Test;
 use maud::{Markup, html};
-use sombrero_stats::WatermarkTestOptions;
+use sombrero::Test;
+use sombrero::stats::WatermarkTestOptions;
 
 /// Side of the square picture in its own units.
 const SIDE: f64 = 440.0;
@@ -28,7 +28,7 @@ impl Plot {
     pub(super) fn new(inserted: &[f64], extracted: &[Option<f64>], test: Test) -> Self {
         let limit = match test {
             Test::Correlation => WatermarkTestOptions::default().outlier_threshold,
-            Test::Ellipsoid => None,
+            _ => None,
         };
         let mut plot = Self { used: vec![], dropped: vec![], missing: vec![], limit, reach: 3.0 };
         for (&w, e) in inserted.iter().zip(extracted).filter(|(w, _)| w.is_finite()) {

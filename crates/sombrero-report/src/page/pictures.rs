@@ -1,13 +1,12 @@
 //! Original, suspect and the distance between them, drawn.
 
-use super::ReportError;
 use super::distances::Distances;
 use super::shapes::{Placement, Shapes};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
 use nalgebra::Vector3;
-use sombrero_mesh::Soup;
-use sombrero_render::{Camera, HeatMap, Image, RenderOptions, render, used_points};
+use sombrero::mesh::Soup;
+use sombrero::render::{Camera, HeatMap, Image, ImageError, RenderOptions, render, used_points};
 
 /// Pixels of a picture: twice what a page shows, for sharp screens.
 const SIZE: [u32; 2] = [880, 660];
@@ -20,7 +19,7 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    pub(super) fn new(shapes: &Shapes<'_>) -> Result<Self, ReportError> {
+    pub(super) fn new(shapes: &Shapes<'_>) -> Result<Self, ImageError> {
         let camera = camera(shapes.original);
         let suspect_camera = match shapes.placement {
             Placement::Elsewhere => self::camera(&shapes.suspect),
@@ -91,7 +90,7 @@ fn camera(soup: &Soup) -> Camera {
 }
 
 /// A picture on no background, so that it suits light and dark pages, as a data URI.
-fn draw(soup: &Soup, camera: Camera, heat_map: Option<HeatMap>) -> Result<String, ReportError> {
+fn draw(soup: &Soup, camera: Camera, heat_map: Option<HeatMap>) -> Result<String, ImageError> {
     let options = RenderOptions {
         width: SIZE[0],
         height: SIZE[1],
@@ -105,6 +104,6 @@ fn draw(soup: &Soup, camera: Camera, heat_map: Option<HeatMap>) -> Result<String
     data_uri(&render(&soup.points, &soup.triangles, &options))
 }
 
-fn data_uri(image: &Image) -> Result<String, ReportError> {
+fn data_uri(image: &Image) -> Result<String, ImageError> {
     Ok(format!("data:image/png;base64,{}", STANDARD.encode(image.to_png()?)))
 }

@@ -3,7 +3,7 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import { build } from 'esbuild';
 
-const folder = '../src/report';
+const folder = '../src/page';
 const licence = readFileSync('node_modules/three/LICENSE', 'utf8').replaceAll('\r', '').trim();
 const { version } = JSON.parse(readFileSync('node_modules/three/package.json', 'utf8'));
 

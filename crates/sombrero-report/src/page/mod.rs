@@ -1,16 +1,15 @@
-//! A detection as one HTML page that people can keep, print and hand on.
+//! A report as one HTML page that people can keep, print and hand on.
 //!
 //! The page needs nothing but itself: pictures are PNG in data URIs, the plot is SVG, and one script, which is part of
 //! this crate and of every page, lets the shapes be turned. Without it the page says all the same. A content policy in
 //! the page forbids browsers to load anything and to run any other script. Text from outside is escaped by the
 //! template engine wherever it appears, and isolated, so that a file name written from right to left cannot turn a
-//! sentence round. The same input gives the same bytes; only the times in [`Detection::seconds`] differ from run to
+//! sentence round. The same report gives the same bytes; only the times in [`Detection::seconds`] differ from run to
 //! run.
 
 mod course;
 mod decimate;
 mod distances;
-mod evidence;
 mod motion;
 mod pictures;
 mod plot;
@@ -22,127 +21,57 @@ mod words;
 #[cfg(test)]
 mod tests;
 
-pub use evidence::evidence_of;
-
-use crate::{Detection, Model};
+use crate::evidence::FileHash;
+use crate::record::{element, record};
+use crate::report::Report;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use nalgebra::Point3;
 use pictures::Pictures;
 use plot::Plot;
 use scene::Scene;
 use shapes::Shapes;
-use sombrero_mesh::Soup;
-use sombrero_render::ImageError;
-use sombrero_watermark::Key;
+use sombrero::Detection;
+use sombrero::render::ImageError;
+use sombrero::watermark::Key;
 use thiserror::Error;
-use words::{count, decimal, odds, p_value, percent};
+use words::{count, decimal, odds, p_value, pair, percent};
 
-/// All that a report shows. Lengths are in model units.
-#[derive(Debug, Clone, Copy)]
-pub struct DetectionReport<'a> {
-    /// What was found.
-    pub detection: &'a Detection,
-    /// The key that was looked for. Its secret does not appear, but the plot shows its coefficients.
-    pub key: &'a Key,
-    /// The original.
-    pub original: &'a Model,
-    /// The suspect as its file has it, for the picture; moved by [`Detection::registration`] before it is
-    /// drawn.
-    pub suspect: &'a Soup,
-    /// Where each point of `original` is on the suspect, in the original's coordinates, for the map of
-    /// distances. `None` when no correspondence is known; an entry of `None`, one that is not finite, or one
-    /// that is left out at the end counts as missing.
-    pub found: Option<&'a [Option<Point3<f64>>]>,
-    /// The original's file.
-    pub original_file: FileLabel<'a>,
-    /// The suspect's file.
-    pub suspect_file: FileLabel<'a>,
-    /// The key's file.
-    pub key_file: FileLabel<'a>,
-    /// The command line that repeats the test; the section is left out when it is empty.
-    pub command: &'a str,
-    /// When the test was made, in words of the caller's choice; this module reads no clock.
-    pub date: Option<&'a str>,
-    /// The whole answer of the test as JSON, such as `sombrero detect --json` writes it. The page carries it
-    /// word for word in meaning, and [`evidence_of`] finds it again.
-    pub evidence: Option<&'a str>,
-}
-
-/// What tells one file from all others.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FileLabel<'a> {
-    /// Its name as people know it.
-    pub name: &'a str,
-    /// The SHA-256 of its bytes in hexadecimal digits.
-    pub sha256: &'a str,
-}
-
-/// Why there is no report.
+/// Why there is no page.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum ReportError {
+pub enum PageError {
     /// A picture cannot be stored.
     #[error("a picture of the report cannot be made: {0}")]
     Picture(#[from] ImageError),
 }
 
-/// The whole page as HTML.
+/// The whole page as HTML, with the [record](record()) in it.
 ///
 /// # Errors
-/// [`ReportError`] when a picture cannot be encoded.
-///
-/// # Example
-/// ```
-/// use sombrero::report::{DetectionReport, FileLabel, detection_report};
-/// use sombrero::{DetectOptions, EmbedOptions, Detector, embed};
-/// use sombrero::{io::{Document, Format, encode}, shapes, watermark::Secret};
-///
-/// let original = Document::parse(encode(Format::Obj, &shapes::bumpy_sphere(500))?, None)?;
-/// let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default())?;
-/// let suspect = Document::parse(marked.bytes, None)?;
-/// let detector = Detector::new(&original, marked.key)?;
-/// let detection = detector.detect(&detector.suspect(&suspect), &DetectOptions::default())?;
-///
-/// let page = detection_report(&DetectionReport {
-///     detection: &detection,
-///     key: detector.key(),
-///     original: detector.model(),
-///     suspect: &suspect.soup(),
-///     found: Some(&detection.found),
-///     original_file: FileLabel { name: "vase.obj", sha256: "…" },
-///     suspect_file: FileLabel { name: "found.obj", sha256: "…" },
-///     key_file: FileLabel { name: "vase.key", sha256: "…" },
-///     command: "sombrero detect found.obj --original vase.obj --key vase.key",
-///     date: None,
-///     evidence: None,
-/// })?;
-/// assert!(page.contains("The mark was found"));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub fn detection_report(input: &DetectionReport<'_>) -> Result<String, ReportError> {
-    let shapes = Shapes::new(input);
+/// [`PageError`] when a picture cannot be encoded.
+pub fn page(report: &Report<'_>) -> Result<String, PageError> {
+    let shapes = Shapes::new(report);
     let pictures = Pictures::new(&shapes)?;
     let scene = Scene::new(&shapes);
-    let plot = Plot::new(&input.key.watermark, &input.detection.extracted, input.detection.variant.test);
+    let plot = Plot::new(&report.key.watermark, &report.detection.extracted, report.detection.variant.test);
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            (head(input, scene.as_ref()))
+            (head(report, scene.as_ref()))
             body {
                 main {
-                    (verdict(input))
-                    (figures(input.detection))
-                    (notes(input.detection))
-                    (coefficients(input.detection, &plot))
-                    (in_space(input, &shapes, &pictures, scene.as_ref()))
-                    (meaning(input.detection))
-                    (files(input))
-                    (parameters(input))
-                    (course::section(input.detection, input.original.largest_side()))
-                    (repeat(input))
+                    (verdict(report))
+                    (figures(report.detection))
+                    (notes(report.detection))
+                    (coefficients(report.detection, &plot))
+                    (in_space(report, &shapes, &pictures, scene.as_ref()))
+                    (meaning(report.detection))
+                    (files(report))
+                    (parameters(report))
+                    (course::section(report.detection, report.original.largest_side()))
+                    (repeat(report))
                 }
-                (footer(input.date))
-                @if let Some(json) = input.evidence { (evidence::element(json)) }
+                (footer())
+                (PreEscaped(element(&record(report))))
                 @if let Some(scene) = &scene { (viewer::scripts(scene)) }
             }
         }
@@ -159,7 +88,7 @@ fn headline(detected: bool) -> &'static str {
     if detected { "The mark was found" } else { "No mark was found" }
 }
 
-fn head(input: &DetectionReport<'_>, scene: Option<&Scene>) -> Markup {
+fn head(report: &Report<'_>, scene: Option<&Scene>) -> Markup {
     html! {
         head {
             meta charset="utf-8";
@@ -167,25 +96,24 @@ fn head(input: &DetectionReport<'_>, scene: Option<&Scene>) -> Markup {
             meta name="viewport" content="width=device-width, initial-scale=1";
             meta name="color-scheme" content="light dark";
             meta name="robots" content="noindex";
-            title { (headline(input.detection.detected)) " – " (input.suspect_file.name) }
+            title { (headline(report.detection.detected)) " – " (report.evidence.files.suspect.path) }
             style { (PreEscaped(include_str!("style.css"))) }
         }
     }
 }
 
-fn verdict(input: &DetectionReport<'_>) -> Markup {
-    let Detection { detected, log10_p, .. } = *input.detection;
+fn verdict(report: &Report<'_>) -> Markup {
+    let Detection { detected, log10_p, .. } = *report.detection;
     html! {
         header class=(if detected { "found" } else { "not-found" }) {
             p.kicker { "Watermark report" }
             h1 { (headline(detected)) }
             p.lead {
-                (outside(input.suspect_file.name))
+                (outside(&report.evidence.files.suspect.path))
                 @if detected { " carries the mark that " } @else { " does not measurably carry the mark that " }
-                (outside(input.key_file.name)) " describes. The chance that an unmarked mesh would match as well is "
+                (outside(&report.evidence.files.key.path)) " describes. The chance that an unmarked mesh would match as well is "
                 (odds(log10_p)) "."
             }
-            @if let Some(date) = input.date { p.date { "Tested " (outside(date)) } }
         }
     }
 }
@@ -286,16 +214,17 @@ fn meaning(detection: &Detection) -> Markup {
     }
 }
 
-fn files(input: &DetectionReport<'_>) -> Markup {
-    let files = [("Original", input.original_file), ("Suspect", input.suspect_file), ("Key", input.key_file)];
+fn files(report: &Report<'_>) -> Markup {
+    let files = &report.evidence.files;
+    let files = [("Original", &files.original), ("Suspect", &files.suspect), ("Key", &files.key)];
     html! {
         section {
             h2 { "Files" }
             dl.files {
-                @for (role, FileLabel { name, sha256 }) in files {
+                @for (role, FileHash { path, sha256 }) in files {
                     div {
                         dt { (role) }
-                        dd { (outside(name)) }
+                        dd { (outside(path)) }
                         dd.hash { span { "SHA-256 " } code { (sha256) } }
                     }
                 }
@@ -304,9 +233,9 @@ fn files(input: &DetectionReport<'_>) -> Markup {
     }
 }
 
-fn parameters(input: &DetectionReport<'_>) -> Markup {
-    let Key { identity, parameters, .. } = input.key;
-    let soup = input.original.soup();
+fn parameters(report: &Report<'_>) -> Markup {
+    let Key { identity, parameters, .. } = report.key;
+    let soup = report.original.soup();
     html! {
         section {
             h2 { "The mark" }
@@ -330,18 +259,9 @@ fn named(name: &str) -> Markup {
     }
 }
 
-fn pair(name: &str, value: Markup) -> Markup {
-    html! { div { dt { (name) } dd { (value) } } }
-}
-
 /// The shapes in space: to be turned, and as pictures.
-fn in_space(
-    input: &DetectionReport<'_>,
-    shapes: &Shapes<'_>,
-    pictures: &Pictures,
-    scene: Option<&Scene>,
-) -> Markup {
-    let moved = input.detection.registration.is_some();
+fn in_space(report: &Report<'_>, shapes: &Shapes<'_>, pictures: &Pictures, scene: Option<&Scene>) -> Markup {
+    let moved = report.detection.registration.is_some();
     html! {
         section {
             h2 { "The shapes" }
@@ -351,38 +271,30 @@ fn in_space(
     }
 }
 
-fn repeat(input: &DetectionReport<'_>) -> Markup {
-    let command = input.command.trim();
+fn repeat(report: &Report<'_>) -> Markup {
     html! {
-        @if !command.is_empty() || input.evidence.is_some() {
-            section {
-                h2 { "To repeat the test" }
-                @if !command.is_empty() {
-                    p {
-                        "Check that the three files have the hashes above, then run this with the same version of the "
-                        "program. Every figure must come out the same; only the times differ."
-                    }
-                    pre tabindex="0" { code { (command) } }
-                }
-                @if input.evidence.is_some() {
-                    p {
-                        "This page also carries its figures for programs. The following line reads them from the page, "
-                        "repeats the test with the files that they name, and says whether all is as it is written here. "
-                        code { "REPORT.html" } " stands for this page."
-                    }
-                    pre tabindex="0" { code { "sombrero verify REPORT.html" } }
-                }
+        section {
+            h2 { "To repeat the test" }
+            p {
+                "Check that the three files have the hashes above, then run this with the same version of the "
+                "program. Every figure must come out the same; only the times differ."
             }
+            pre tabindex="0" { code { (report.evidence.command()) } }
+            p {
+                "This page also carries its figures for programs. The following line reads them from the page, "
+                "repeats the test with the files that they name, and says whether all is as it is written here. "
+                code { "REPORT.html" } " stands for this page."
+            }
+            pre tabindex="0" { code { "sombrero verify REPORT.html" } }
         }
     }
 }
 
-fn footer(date: Option<&str>) -> Markup {
+fn footer() -> Markup {
     html! {
         footer {
             p {
-                "Made by sombrero " (env!("CARGO_PKG_VERSION"))
-                @if let Some(date) = date { ", " (outside(date)) }
+                "Made by " (crate::PROGRAM)
                 "; the view in space is drawn by three.js " (viewer::THREE_VERSION)
                 ". The method is that of E. Praun, H. Hoppe and A. Finkelstein, “Robust Mesh Watermarking”, SIGGRAPH 1999."
             }

@@ -90,6 +90,11 @@ fn in_thousands(digits: &str) -> String {
     text
 }
 
+/// A name and its value, as an entry of a list of pairs.
+pub(super) fn pair(name: &str, value: Markup) -> Markup {
+    html! { div { dt { (name) } dd { (value) } } }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,10 +5,10 @@
 //! triangles are left than are wanted in the end, and edge collapse then decides which of them matter.
 
 use nalgebra::Point3;
-use sombrero_attacks::simplify;
-use sombrero_mesh::geometry::area_vector;
-use sombrero_mesh::{BoundingBox, Soup};
-use sombrero_spatial::Surface;
+use sombrero::attacks::simplify;
+use sombrero::mesh::geometry::area_vector;
+use sombrero::mesh::{BoundingBox, Soup};
+use sombrero::spatial::Surface;
 
 /// Edge collapse is given no more than this many triangles.
 const THINNED: usize = 60_000;
@@ -140,7 +140,7 @@ fn carried(from: &Valued, points: &[Point3<f64>]) -> Vec<f64> {
         return vec![f64::NAN; points.len()];
     }
     let surface = Surface::new(&from.soup.points, &from.soup.triangles);
-    let value = |closest: sombrero_spatial::Closest| -> f64 {
+    let value = |closest: sombrero::spatial::Closest| -> f64 {
         let corners = from.soup.triangles[closest.face as usize];
         // A corner without weight has no say, even when its value is missing.
         let weighed = corners.iter().zip(closest.barycentric).filter(|(_, weight)| *weight > 0.0);
@@ -152,7 +152,7 @@ fn carried(from: &Valued, points: &[Point3<f64>]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sombrero_shapes as shapes;
+    use sombrero::shapes;
 
     /// A mesh whose value is the height of each point.
     fn heights(soup: Soup) -> Valued {

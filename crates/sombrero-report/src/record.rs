@@ -1,0 +1,114 @@
+//! The report for programs, as JSON by itself or carried by a page for people.
+//!
+//! JSON stays the same JSON when a sign inside one of its strings is written as `\uXXXX`, and the signs that could
+//! end a script or start a tag appear nowhere else in JSON. With them escaped, no file name can close the element
+//! that holds it, and whoever reads the page back needs to undo nothing.
+
+use crate::evidence::Evidence;
+use crate::report::Report;
+use serde::Serialize;
+use serde_json::Value;
+use sombrero::Detection;
+
+/// The fields of a record.
+#[derive(Serialize)]
+struct Fields<'a> {
+    suspect: &'a str,
+    #[serde(flatten)]
+    detection: &'a Detection,
+    prepared: bool,
+    #[serde(flatten)]
+    evidence: &'a Evidence,
+}
+
+/// A report as one JSON object: the fields of [`Detection`] and of [`Evidence`], `suspect` (its name) and `prepared`.
+pub fn record(report: &Report<'_>) -> Value {
+    let Report { detection, prepared, evidence, .. } = *report;
+    let fields = Fields { suspect: &evidence.files.suspect.path, detection, prepared, evidence };
+    // Only numbers, texts and lists, under names: there is nothing that JSON cannot hold.
+    serde_json::to_value(fields).unwrap_or_default()
+}
+
+/// What a report recorded, read back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// All of it, as [`record()`] wrote it.
+    pub figures: Value,
+    /// The part that says how it came about.
+    pub evidence: Evidence,
+}
+
+impl Record {
+    /// The record in a page of [`page`](crate::page()), or that is the whole file; `None` for other files.
+    ///
+    /// Only its shape is checked: anybody can write such a file, so a reader has to test what it says.
+    pub fn find(bytes: &[u8]) -> Option<Self> {
+        let text = std::str::from_utf8(bytes).ok()?;
+        let json = if text.trim_start().starts_with('{') { text } else { embedded(text)? };
+        let figures: Value = serde_json::from_str(json).ok()?;
+        let evidence = serde_json::from_value(figures.clone()).ok()?;
+        figures.get("detected")?;
+        Some(Self { figures, evidence })
+    }
+
+    /// Whether it says that the mark was found.
+    pub fn detected(&self) -> bool {
+        self.figures["detected"] == true
+    }
+
+    /// The log10 p that it names; 0 if none.
+    pub fn log10_p(&self) -> f64 {
+        self.figures["log10_p"].as_f64().unwrap_or(0.0)
+    }
+}
+
+const START: &str = "<script type=\"application/json\" id=\"sombrero-evidence\">";
+const END: &str = "</script>";
+
+/// The HTML element that carries a record.
+pub(crate) fn element(record: &Value) -> String {
+    format!("{START}{}{END}", escaped(&record.to_string()))
+}
+
+/// JSON that may stand inside an element. Line separators are escaped too, because some readers of JSON stumble.
+fn escaped(json: &str) -> String {
+    let mut text = String::with_capacity(json.len());
+    for sign in json.chars() {
+        match sign {
+            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' => text += &format!("\\u{:04x}", u32::from(sign)),
+            _ => text.push(sign),
+        }
+    }
+    text
+}
+
+/// The JSON in a page's element; `None` when there is none, or more than one, since then nobody can say which is meant.
+fn embedded(page: &str) -> Option<&str> {
+    let (_, rest) = page.split_once(START)?;
+    let (json, rest) = rest.split_once(END)?;
+    (!rest.contains(START)).then_some(json)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_closes_the_element() {
+        let record = serde_json::json!({ "name": "</script><!--&\u{2028}\u{2029}\\" });
+        let page = format!("<p></p>{}<p></p>", element(&record));
+        let text = embedded(&page).unwrap_or_default();
+        assert_eq!(text, r#"{"name":"\u003c/script\u003e\u003c!--\u0026\u2028\u2029\\"}"#);
+        assert_eq!(serde_json::from_str::<Value>(text).ok(), Some(record));
+    }
+
+    #[test]
+    fn none_or_two_are_no_record() {
+        let one = element(&serde_json::json!({}));
+        assert_eq!(embedded(&one), Some("{}"));
+        assert_eq!(embedded(""), None);
+        assert_eq!(embedded(START), None);
+        assert_eq!(embedded(&(one.clone() + &one)), None);
+        assert_eq!(Record::find(b"{\"detected\":true}"), None);
+    }
+}
