@@ -15,6 +15,8 @@ mod stages;
 mod surfaces;
 mod suspect;
 mod tally;
+#[cfg(test)]
+mod tests;
 mod vertices;
 
 pub use error::{OriginalError, SearchError};
