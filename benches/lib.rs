@@ -27,7 +27,7 @@ pub fn subjects() -> Vec<Subject> {
         .map(|n| Subject { name: format!("bumpy sphere {}k", n / 1000), soup: shapes::bumpy_sphere(n) });
     let bunny = std::env::var_os("SOMBRERO_MODELS").and_then(|folder| {
         let document = Document::read(&Path::new(&folder).join("bunny.ply")).ok()?;
-        Some(Subject { name: "bunny".to_owned(), soup: Model::new(&document.soup()).soup().clone() })
+        Some(Subject { name: "bunny".to_owned(), soup: Model::new(document.soup()).soup().clone() })
     });
     generated.into_iter().chain(bunny).collect()
 }

@@ -23,7 +23,7 @@ fn marked(soup: &Soup) -> (Detector, Soup) {
     let file = encode(Format::PlyBinaryLittleEndian, soup).expect("a clean surface can be stored");
     let original = Document::parse(file, Some("ply")).expect("what was just written");
     let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default()).expect("a mark fits");
-    let copy = Document::parse(marked.bytes, Some("ply")).expect("what was just written").soup();
+    let copy = Document::parse(marked.bytes, Some("ply")).expect("what was just written").soup().clone();
     (Detector::new(&original, marked.key).expect("its own key"), copy)
 }
 

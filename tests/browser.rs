@@ -42,7 +42,7 @@ static CHROMIUM: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
 static PAGE: LazyLock<String> = LazyLock::new(|| {
     let original = document(Format::Off, &shapes::bumpy_sphere(900));
     let mark = marked(&original, 1);
-    let mut soup = crop(&Document::parse(mark.bytes, None).unwrap().soup(), 0.2).unwrap().soup;
+    let mut soup = crop(Document::parse(mark.bytes, None).unwrap().soup(), 0.2).unwrap().soup;
     let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.4);
     soup.points.iter_mut().for_each(|p| *p = turn * *p * 1.5 + nalgebra::Vector3::new(3.0, 2.0, 1.0));
     let suspect = Document::parse(encode(Format::Off, &soup).unwrap(), None).unwrap();
@@ -55,7 +55,7 @@ static PAGE: LazyLock<String> = LazyLock::new(|| {
         detection: &detection,
         key: detector.key(),
         original: detector.model(),
-        suspect: &suspect.soup(),
+        suspect: suspect.soup(),
         prepared: false,
         evidence: &evidence,
     })

@@ -25,7 +25,7 @@ fn a_copy_and_its_key_do_not_depend_on_threads() {
                 let mark = marked(&original, 1);
                 let copy = Document::parse(mark.bytes.clone(), None).unwrap();
                 let found = detect(&copy, &original, &mark.key, &as_it_is()).unwrap();
-                let digest = Model::new(&original.soup()).basis(&BasisOptions::default()).unwrap().digest();
+                let digest = Model::new(original.soup()).basis(&BasisOptions::default()).unwrap().digest();
                 (mark.bytes, mark.key.to_json(), digest, found.log10_p.to_bits(), found.extracted)
             })
         };

@@ -23,7 +23,7 @@ fn extracted(specs: &[&str]) -> (Document, Vec<Option<f64>>) {
     let copy = Document::parse(somebody_else.bytes, None).unwrap();
     let key = Detector::new(&original, somebody_else.key).unwrap();
     let attacks: Vec<_> = specs.iter().map(|s| s.parse().unwrap()).collect();
-    let suspect = apply_all(&attacks, &copy.soup(), &mut ChaCha8Rng::seed_from_u64(1999)).unwrap();
+    let suspect = apply_all(&attacks, copy.soup(), &mut ChaCha8Rng::seed_from_u64(1999)).unwrap();
     let (extracted, test) = test_known(&key, &suspect.correspondence(copy.points().len()));
     assert!(test.log10_p() < -6.0, "{specs:?}: a trivial suspect");
     (original, extracted)
@@ -61,7 +61,7 @@ fn of_strange_keys_at_most_a_share_p_is_in_the_ellipsoid() {
     let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
     let attacks = ["simplify:ratio=0.5", "crop:fraction=0.333"].map(|s| s.parse().unwrap());
     let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let suspect = apply_all(&attacks, &copy.soup(), &mut rng).unwrap().soup;
+    let suspect = apply_all(&attacks, copy.soup(), &mut rng).unwrap().soup;
     let estimate = extractor.estimate_from_surface(&suspect, nuisance).unwrap();
     let ellipsoid = Ellipsoid::new(&estimate.coefficients, &estimate.precision).unwrap();
     assert!(ellipsoid.test(&key.key().watermark).unwrap().bound.log10() < -6.0, "a trivial suspect");

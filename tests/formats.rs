@@ -29,7 +29,7 @@ fn a_mark_made_in_one_format_is_found_in_every_other() {
     for from in FORMATS {
         let original = document(from, &soup);
         let mark = marked(&original, 21);
-        let copy = Document::parse(mark.bytes, Some(from.extension())).unwrap().soup();
+        let copy = Document::parse(mark.bytes, Some(from.extension())).unwrap().soup().clone();
         let detector = Detector::new(&original, mark.key).unwrap();
         for to in FORMATS {
             let suspect = Document::parse(encode(to, &copy).unwrap(), Some(to.extension())).unwrap();
@@ -48,7 +48,7 @@ fn a_mark_made_in_a_scene_is_found_in_what_others_export_of_it() {
         assert_eq!(original.triangles().len(), triangles, "{}", sample.name);
         assert_eq!(info(&original).triangles, 2 * triangles, "{}", sample.name);
         let mark = marked(&original, 22);
-        let copy = Document::parse(mark.bytes, Some(sample.extension)).unwrap().soup();
+        let copy = Document::parse(mark.bytes, Some(sample.extension)).unwrap().soup().clone();
         let two = joined(&copy, &mapped(&copy, |p| p + Vector3::new(0.0, 0.0, 30.0)));
         for (what, soup) in [("one", &copy), ("both", &two)] {
             let suspect = document(Format::StlBinary, soup);

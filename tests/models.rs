@@ -139,7 +139,7 @@ fn run(original: &Document, column: &Column, seed: u8) -> Run {
     let parameters = Parameters { basis, ..Preset::Paper.parameters() };
     let options = EmbedOptions { parameters, ..EmbedOptions::default() };
     let mark = embed(original, Secret([seed; 32]), &options).unwrap();
-    let copy = Document::parse(mark.bytes, None).unwrap().soup();
+    let copy = Document::parse(mark.bytes, None).unwrap().soup().clone();
     let key = Detector::new(original, mark.key).unwrap();
     assert_eq!(key.model().soup().points.len(), copy.points.len(), "a point for each stored vertex");
     let distortion = mark.report.distortion;

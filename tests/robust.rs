@@ -24,7 +24,7 @@ fn story(soup: &Soup) -> Story {
     let (one, two) = (marked(&original, 1), marked(&original, 2));
     let own = Detector::new(&original, one.key).unwrap();
     let other = own.for_key(&original, two.key).unwrap();
-    Story { own, other, copy: Document::parse(one.bytes, None).unwrap().soup() }
+    Story { own, other, copy: Document::parse(one.bytes, None).unwrap().soup().clone() }
 }
 
 /// Of irregular connectivity, as scans have.

@@ -76,7 +76,7 @@ fn a_third_cut_off_leaves_a_mark_whose_correspondence_is_known() {
     for (name, soup) in groups() {
         let original = document(Format::Off, &soup);
         let mark = marked(&original, 4);
-        let copy = Model::new(&Document::parse(mark.bytes, None).unwrap().soup());
+        let copy = Model::new(Document::parse(mark.bytes, None).unwrap().soup());
         let key = Detector::new(&original, mark.key).unwrap();
         let attacks = ["reorder", "crop:fraction=0.333"].map(|s| s.parse().unwrap());
         let left = apply_all(&attacks, copy.soup(), &mut ChaCha8Rng::seed_from_u64(5)).unwrap();
@@ -249,7 +249,7 @@ fn the_report_of_an_embedding_tells_what_was_done_to_the_file() {
         let mark = marked(&original, 12);
         let copy = Document::parse(mark.bytes, None).unwrap();
         // Vertices that are stored twice are one point, and count once.
-        let model = Model::new(&original.soup());
+        let model = Model::new(original.soup());
         let points = model.points_from_stored(copy.points());
         let moved: Vec<f64> = model.soup().points.iter().zip(&points).map(|(p, q)| (q - p).norm()).collect();
         let (longest, side) =

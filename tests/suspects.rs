@@ -54,7 +54,7 @@ fn other_shapes_are_not_found() {
 fn a_small_piece_that_was_not_moved_is_found_where_it_lies() {
     let original = document(&shapes::part(shapes::PART_RESOLUTION));
     let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default()).unwrap();
-    let copy = Document::parse(marked.bytes, None).unwrap().soup();
+    let copy = Document::parse(marked.bytes, None).unwrap().soup().clone();
     let attacks: Vec<Attack> = ["crop:fraction=0.8", "simplify:ratio=0.5"].map(|s| s.parse().unwrap()).into();
     let piece = apply_all(&attacks, &copy, &mut ChaCha8Rng::seed_from_u64(1)).unwrap().soup;
     let detector = Detector::new(&original, marked.key).unwrap();

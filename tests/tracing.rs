@@ -104,7 +104,7 @@ fn a_trace_pays_for_every_key_and_an_unmarked_mesh_names_nobody() {
     assert!((trace.recipients[0].log10_p - (best + (trace.variants_counted as f64).log10())).abs() < 1e-9);
     assert!(paid >= 3.0, "{paid}");
 
-    let nobody = shop.trace(&shop.original.soup());
+    let nobody = shop.trace(shop.original.soup());
     assert!(!nobody.found && nobody.recipients.len() == BUYERS && nobody.recipients[0].log10_p > -3.0);
 }
 

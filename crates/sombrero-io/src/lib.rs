@@ -1,20 +1,25 @@
 #![doc = include_str!("../README.md")]
 
 mod attributes;
+mod coordinate;
 mod document;
 mod error;
+mod family;
 mod format;
 mod gltf;
 mod input;
 mod normals;
+mod notes;
 mod obj;
 mod off;
 mod output;
+mod parsed;
 mod placement;
 mod ply;
 mod polygon;
 #[cfg(test)]
 mod properties;
+mod registry;
 mod splice;
 mod stl;
 mod text;
@@ -23,8 +28,13 @@ mod threemf;
 #[cfg(test)]
 mod testing;
 
-pub use document::{Companion, Document, Rewrite, Rewritten, encode};
+pub use document::Document;
 pub use error::{ParseError, Place, ReadError, WriteError};
 pub use format::Format;
 pub use input::{Limits, read_bytes};
 pub use output::{Access, Output, Overwrite, write_atomically, write_together};
+pub use parsed::{Companion, Rewrite, Rewritten};
+pub use registry::encode;
+
+pub use nalgebra;
+pub use sombrero_mesh::Soup;

@@ -15,8 +15,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Point3, Vector3};
 use petgraph::unionfind::UnionFind;
-
-use crate::text::{self, Joining};
+use sombrero_mesh::Soup;
 
 /// The cosine of the largest angle between normals that have to do with each other.
 const LARGEST: f64 = 0.5;
@@ -36,15 +35,15 @@ pub(crate) struct Stored {
 }
 
 impl Stored {
-    /// Text with other normals.
-    pub(crate) fn rewrite(
-        &self,
-        source: &[u8],
-        joining: Joining,
-        old: &[Point3<f64>],
-        new: &[Point3<f64>],
-    ) -> Vec<u8> {
-        text::rewrite_points(source, &self.slots, joining, old, new)
+    /// The normals before and after the points of a mesh went to `points`.
+    pub(crate) fn turned(&self, mesh: &Soup, points: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<Point3<f64>>) {
+        let round = |n: Vector3<f64>| if self.text { n.map(|c| (c * 1e6).round() / 1e6) } else { n };
+        let turns = turns(self, &mesh.triangles, &mesh.points, points);
+        let turned = |(n, turn): (&Vector3<f64>, &Turn)| {
+            Point3::from(if turn.is_none() { *n } else { round(turn.of(n)) })
+        };
+        let before = self.values.iter().map(|n| Point3::from(*n)).collect();
+        (before, self.values.iter().zip(&turns).map(turned).collect())
     }
 }
 
@@ -81,19 +80,6 @@ impl Turn {
         let Self { axis, cosine } = self;
         x * *cosine + axis.cross(x) + axis * (axis.dot(x) / (1.0 + cosine))
     }
-}
-
-/// The normals after the points of `triangles` went from `old` to `new`.
-pub(crate) fn turned(
-    normals: &Stored,
-    triangles: &[[u32; 3]],
-    old: &[Point3<f64>],
-    new: &[Point3<f64>],
-) -> Vec<Point3<f64>> {
-    let round = |n: Vector3<f64>| if normals.text { n.map(|c| (c * 1e6).round() / 1e6) } else { n };
-    let turns = turns(normals, triangles, old, new);
-    let pairs = normals.values.iter().zip(&turns);
-    pairs.map(|(n, turn)| if turn.is_none() { *n } else { round(turn.of(n)) }).map(Point3::from).collect()
 }
 
 /// How each normal turns when the points of `triangles` go from `old` to `new`.

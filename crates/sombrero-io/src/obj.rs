@@ -11,13 +11,33 @@ use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
 use crate::attributes::Attributes;
-use crate::document::{self, Parsed};
-use crate::error::{ParseError, Place};
+use crate::error::{ParseError, Place, WriteError};
+use crate::family::{Evidence, Family, Variant};
 use crate::format::Format;
-use crate::input::Limits;
+use crate::input::{Limits, Source};
 use crate::normals::{self, Stored};
+use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
 use crate::polygon;
 use crate::text::{self, Joining, Lines};
+
+/// The format's row.
+pub(crate) static FAMILY: Family = Family {
+    name: "OBJ",
+    variants: &[&OBJ],
+    recognise: |bytes| Evidence::Likely.when(is_obj(bytes)),
+    parse,
+    is_text: true,
+    empty: ParseError::NoVertices,
+};
+
+/// Text, the only way to write it.
+pub(crate) static OBJ: Variant = Variant {
+    format: Format::Obj,
+    name: "OBJ",
+    extension: "obj",
+    needs_triangles: false,
+    encode: |soup| Ok(encode(soup)),
+};
 
 /// What the statements beside `v` and `f` are called among the attributes.
 const STATEMENTS: &[(&[u8], &str)] = &[
@@ -42,7 +62,7 @@ const STATEMENTS: &[(&[u8], &str)] = &[
 ];
 
 /// Whether the first statement is one that OBJ knows.
-pub(crate) fn is_obj(bytes: &[u8]) -> bool {
+fn is_obj(bytes: &[u8]) -> bool {
     let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
     lines.first_word().is_some_and(|word| {
         let keyword = &bytes[word];
@@ -55,20 +75,38 @@ fn statement_name(keyword: &[u8]) -> Option<&'static str> {
 }
 
 /// Where the coordinates stand.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Layout {
+#[derive(Debug)]
+struct Layout {
     /// For each vertex the byte behind its `v`.
     slots: Vec<usize>,
 }
 
-impl Layout {
-    pub(crate) fn rewrite(&self, source: &[u8], old: &[Point3<f64>], new: &[Point3<f64>]) -> Vec<u8> {
-        text::rewrite_points(source, &self.slots, Joining::Backslash, old, new)
+impl parsed::Layout for Layout {
+    fn rewrite(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+        _: &Rewrite,
+    ) -> Result<Rewritten, WriteError> {
+        let Original { bytes, soup, .. } = original;
+        Ok(text::rewrite_points(bytes, &self.slots, Joining::Backslash, &soup.points, points).into())
+    }
+
+    fn turn_normals(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+    ) -> Result<Option<Vec<u8>>, WriteError> {
+        let Some(normals) = normals(original.bytes) else { return Ok(None) };
+        let (old, new) = normals.turned(original.soup, points);
+        let slots = &normals.slots;
+        Ok(Some(text::rewrite_points(original.bytes, slots, Joining::Backslash, &old, &new)))
     }
 }
 
 /// Reads the whole file.
-pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
+fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
+    let Source { bytes, limits, .. } = source;
     let reader = Reader::new(bytes, limits, None).run()?;
     let count = reader.soup.points.len();
     if reader.needed > count {
@@ -76,18 +114,12 @@ pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> 
         // knows the count, stops at its line.
         Reader::new(bytes, limits, Some(count)).run()?;
     }
-    Ok(Parsed {
-        format: Format::Obj,
-        soup: reader.soup,
-        attributes: reader.attributes.into_names(),
-        layout: document::Layout::Obj(Layout { slots: reader.slots }),
-        ..Parsed::default()
-    })
+    Ok(Parsed::new(Format::Obj, reader.soup, reader.attributes, Layout { slots: reader.slots }))
 }
 
 /// The normals of `vn` lines, and which corner of which triangle refers to which; `None` if there are none or if
 /// they are not what they should be. `bytes` were read before.
-pub(crate) fn normals(bytes: &[u8]) -> Option<Stored> {
+fn normals(bytes: &[u8]) -> Option<Stored> {
     let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
     let mut normals = Stored { values: Vec::new(), corners: Vec::new(), slots: Vec::new(), text: true };
     let mut polygon = Vec::new();
@@ -245,7 +277,7 @@ fn count_vertices(bytes: &[u8]) -> usize {
 }
 
 /// A new file with `v` and `f` lines only.
-pub(crate) fn encode(soup: &Soup) -> Vec<u8> {
+fn encode(soup: &Soup) -> Vec<u8> {
     let mut out = Vec::new();
     for point in &soup.points {
         out.extend_from_slice(b"v ");

@@ -9,13 +9,33 @@ use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
 use crate::attributes::Attributes;
-use crate::document::{self, Parsed};
-use crate::error::{ParseError, Place};
+use crate::error::{ParseError, Place, WriteError};
+use crate::family::{Evidence, Family, Variant};
 use crate::format::Format;
-use crate::input::Limits;
+use crate::input::{Limits, Source};
 use crate::normals::Stored;
+use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
 use crate::polygon;
 use crate::text::{self, Joining, Lines};
+
+/// The format's row.
+pub(crate) static FAMILY: Family = Family {
+    name: "OFF",
+    variants: &[&OFF],
+    recognise: |bytes| Evidence::Likely.when(is_off(bytes)),
+    parse,
+    is_text: true,
+    empty: ParseError::NoVertices,
+};
+
+/// Text, the only way to write it.
+pub(crate) static OFF: Variant = Variant {
+    format: Format::Off,
+    name: "OFF",
+    extension: "off",
+    needs_triangles: false,
+    encode: |soup| Ok(encode(soup)),
+};
 
 /// Bytes that a vertex (`0 0 0`) or a polygon (`0`) and its line end take at least.
 const LEAST_VERTEX: u64 = 6;
@@ -23,7 +43,7 @@ const LEAST_FACE: u64 = 2;
 
 /// What the keyword says about the vertices.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-struct Variant {
+struct Keyword {
     texture: bool,
     colours: bool,
     normals: bool,
@@ -33,9 +53,9 @@ struct Variant {
     any: bool,
 }
 
-impl Variant {
+impl Keyword {
     /// Understands `[ST][C][N][4][n]OFF`.
-    fn from_keyword(keyword: &[u8]) -> Option<Self> {
+    fn parse(keyword: &[u8]) -> Option<Self> {
         if keyword == b"off" {
             return Some(Self::default());
         }
@@ -47,14 +67,14 @@ impl Variant {
             }
             None => false,
         };
-        let variant = Self {
+        let keyword = Self {
             texture: has(b"ST"),
             colours: has(b"C"),
             normals: has(b"N"),
             four: has(b"4"),
             any: has(b"n"),
         };
-        rest.is_empty().then_some(variant)
+        rest.is_empty().then_some(keyword)
     }
 
     fn refused(self) -> Option<&'static str> {
@@ -75,65 +95,77 @@ impl Variant {
 }
 
 /// Whether the first word is the keyword.
-pub(crate) fn is_off(bytes: &[u8]) -> bool {
+fn is_off(bytes: &[u8]) -> bool {
     let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Never);
-    lines.first_word().is_some_and(|word| Variant::from_keyword(&bytes[word]).is_some())
+    lines.first_word().is_some_and(|word| Keyword::parse(&bytes[word]).is_some())
 }
 
 /// Where the coordinates stand.
-#[derive(Debug, Clone)]
-pub(crate) struct Layout {
+#[derive(Debug)]
+struct Layout {
     /// For each vertex the byte where its first coordinate begins.
     slots: Vec<usize>,
     /// Whether three numbers behind the coordinates are a normal.
     normals: bool,
 }
 
-impl Layout {
-    pub(crate) fn rewrite(&self, source: &[u8], old: &[Point3<f64>], new: &[Point3<f64>]) -> Vec<u8> {
-        text::rewrite_points(source, &self.slots, Joining::Never, old, new)
+impl parsed::Layout for Layout {
+    fn rewrite(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+        _: &Rewrite,
+    ) -> Result<Rewritten, WriteError> {
+        let Original { bytes, soup, .. } = original;
+        Ok(text::rewrite_points(bytes, &self.slots, Joining::Never, &soup.points, points).into())
+    }
+
+    fn turn_normals(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+    ) -> Result<Option<Vec<u8>>, WriteError> {
+        let Some(normals) = self.normals(original) else { return Ok(None) };
+        let (old, new) = normals.turned(original.soup, points);
+        Ok(Some(text::rewrite_points(original.bytes, &normals.slots, Joining::Never, &old, &new)))
     }
 }
 
 impl Layout {
-    /// The normals behind the positions, if the keyword says that there are any. `source` was read before.
-    pub(crate) fn normals(&self, source: &[u8], triangles: &[[u32; 3]]) -> Option<Stored> {
+    /// The normals behind the positions, if the keyword says that there are any.
+    fn normals(&self, original: &Original<'_>) -> Option<Stored> {
         if !self.normals {
             return None;
         }
         let (mut values, mut slots) = (Vec::new(), Vec::new());
         for &start in &self.slots {
-            let mut lines = Lines::new(source, start, Joining::Never);
+            let mut lines = Lines::new(original.bytes, start, Joining::Never);
             for _ in 0..3 {
                 lines.word();
             }
             slots.push(lines.at());
-            values.push(text::point(&mut lines, source, start).ok()?.coords);
+            values.push(text::point(&mut lines, original.bytes, start).ok()?.coords);
         }
-        Some(Stored { values, corners: triangles.to_vec(), slots, text: true })
+        Some(Stored { values, corners: original.soup.triangles.clone(), slots, text: true })
     }
 }
 
 /// Reads the whole file.
-pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
+fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
+    let Source { bytes, limits, .. } = source;
     let mut reader = Reader {
         bytes,
         limits,
         lines: Lines::new(bytes, text::beginning(bytes), Joining::Never),
         attributes: Attributes::default(),
     };
-    let variant = reader.keyword()?;
-    variant.note(&mut reader.attributes);
+    let keyword = reader.keyword()?;
+    keyword.note(&mut reader.attributes);
     let [vertices, faces] = reader.counts()?;
-    let (points, slots) = reader.vertices(vertices, variant)?;
+    let (points, slots) = reader.vertices(vertices, keyword)?;
     let triangles = reader.faces(faces, vertices)?;
-    Ok(Parsed {
-        format: Format::Off,
-        soup: Soup::new(points, triangles),
-        attributes: reader.attributes.into_names(),
-        layout: document::Layout::Off(Layout { slots, normals: variant.normals }),
-        ..Parsed::default()
-    })
+    let layout = Layout { slots, normals: keyword.normals };
+    Ok(Parsed::new(Format::Off, Soup::new(points, triangles), reader.attributes, layout))
 }
 
 fn unsupported(what: &str) -> ParseError {
@@ -149,23 +181,22 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// Passes over the keyword, if there is one.
-    fn keyword(&mut self) -> Result<Variant, ParseError> {
+    fn keyword(&mut self) -> Result<Keyword, ParseError> {
         let start = self.lines.at();
-        let Some(variant) = self.lines.first_word().and_then(|word| Variant::from_keyword(&self.bytes[word]))
-        else {
+        let Some(keyword) = self.lines.first_word().and_then(|word| Keyword::parse(&self.bytes[word])) else {
             self.lines = Lines::new(self.bytes, start, Joining::Never);
-            return Ok(Variant::default());
+            return Ok(Keyword::default());
         };
         let after = self.lines.at();
         if self.lines.word().is_some_and(|word| &self.bytes[word] == b"BINARY") {
             return Err(unsupported("binary OFF"));
         }
-        if let Some(what) = variant.refused() {
+        if let Some(what) = keyword.refused() {
             return Err(unsupported(what));
         }
         // The counts may follow on the same line.
         self.lines = Lines::new(self.bytes, after, Joining::Never);
-        Ok(variant)
+        Ok(keyword)
     }
 
     /// The numbers of vertices and faces; the number of edges, which nobody needs, may be missing.
@@ -190,7 +221,7 @@ impl Reader<'_> {
     fn vertices(
         &mut self,
         count: usize,
-        variant: Variant,
+        keyword: Keyword,
     ) -> Result<(Vec<Point3<f64>>, Vec<usize>), ParseError> {
         let (mut points, mut slots) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for index in 0..count {
@@ -198,7 +229,7 @@ impl Reader<'_> {
             slots.push(start);
             self.lines = Lines::new(self.bytes, start, Joining::Never);
             points.push(text::point(&mut self.lines, self.bytes, start)?);
-            if variant == Variant::default() && self.lines.word().is_some() {
+            if keyword == Keyword::default() && self.lines.word().is_some() {
                 // Many programs write colours without saying so in the keyword.
                 self.attributes.note("unnamed vertex values");
             }
@@ -279,7 +310,7 @@ impl Reader<'_> {
 }
 
 /// A new plain `OFF`.
-pub(crate) fn encode(soup: &Soup) -> Vec<u8> {
+fn encode(soup: &Soup) -> Vec<u8> {
     let mut out = b"OFF\n".to_vec();
     for count in [soup.points.len(), soup.triangles.len()] {
         text::push_integer(&mut out, count as u64);

@@ -154,7 +154,7 @@ proptest! {
         prop_assert_eq!(document.format(), format);
         prop_assert_eq!(bits(document.points()), bits(&expected.points));
         prop_assert_eq!(document.triangles(), &expected.triangles[..]);
-        prop_assert_eq!(document.soup(), expected);
+        prop_assert_eq!(document.soup(), &expected);
     }
 
     #[test]

@@ -228,7 +228,8 @@ pub(crate) fn push_number(out: &mut Vec<u8>, value: f64) {
     debug_assert!(written.is_ok(), "a Vec takes all that is written to it");
 }
 
-/// Like [`push_number`], with zeros behind the point up to `decimals` digits where no exponent stands.
+/// Appends the shortest text that reads back as `value`, with zeros behind the point up to `decimals` digits where no
+/// exponent stands.
 pub(crate) fn push_number_with(out: &mut Vec<u8>, value: f64, decimals: usize) {
     let start = out.len();
     push_number(out, value);

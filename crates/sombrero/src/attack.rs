@@ -41,7 +41,7 @@ pub fn attack<R: Rng + ?Sized>(
     attacks: &[Attack],
     rng: &mut R,
 ) -> Result<AttackedFile, AttackFileError> {
-    let model = Model::new(&document.soup());
+    let model = Model::new(document.soup());
     let attacked = apply_all(attacks, model.soup(), rng)?;
     let in_place = attacked.soup.triangles == model.soup().triangles
         && attacked.source.iter().enumerate().all(|(i, s)| *s == u32::try_from(i).ok());

@@ -46,7 +46,7 @@ pub enum CompareError {
 /// # Errors
 /// [`CompareError`] when one of them has no face.
 pub fn compare(a: &Document, b: &Document) -> Result<Comparison, CompareError> {
-    let (first, second) = (Model::new(&a.soup()), Model::new(&b.soup()));
+    let (first, second) = (Model::new(a.soup()), Model::new(b.soup()));
     for (model, which) in [(&first, "first"), (&second, "second")] {
         if model.repaired().mesh.face_count() == 0 {
             return Err(CompareError::NoFaces { which });

@@ -70,7 +70,7 @@ pub struct Corners {
 /// Looks at a file; never fails.
 pub fn info(document: &Document) -> Info {
     let soup = document.soup();
-    let model = Model::new(&soup);
+    let model = Model::new(soup);
     let Repaired { mesh, points, report, .. } = model.repaired();
     let (_, components) = topology::components(mesh);
     let boundary_edges = mesh.edges().filter(|&e| mesh.is_boundary_edge(e)).count();

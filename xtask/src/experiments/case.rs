@@ -49,7 +49,7 @@ impl Case {
     }
 
     pub(crate) fn new(document: Document, parameters: Parameters) -> anyhow::Result<Self> {
-        let basis = sombrero::Model::new(&document.soup()).basis(&parameters.basis)?;
+        let basis = sombrero::Model::new(document.soup()).basis(&parameters.basis)?;
         let digest = OriginalDigest::of(document.bytes());
         let key = Key::new(&digest, Identity::default(), Secret([0; 32]), &parameters, &basis);
         let detector = Detector::new(&document, key)?;

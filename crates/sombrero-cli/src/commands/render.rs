@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Render, context: &Context) -> Result<Outcome, Failure> 
 
 /// A mesh with something to draw. Vertices of equal position are one, so that seams do not show.
 fn read(path: &Path, limits: Limits) -> Result<Soup, Failure> {
-    let soup = Model::new(&files::read_mesh(path, limits)?.soup()).soup().clone();
+    let soup = Model::new(files::read_mesh(path, limits)?.soup()).soup().clone();
     if soup.triangles.is_empty() {
         let message =
             format!("{}: the file has no usable face; a picture needs triangles or polygons", path.display());

@@ -5,179 +5,11 @@
 use std::cell::Cell;
 
 use super::buffers::Buffers;
+use super::claims::Stretch;
+use super::elements::{Component, Elements, Run};
+use super::error::{again_and_again, compressed, malformed};
 use super::json::{Accessor, BufferView, Root, Shape, Sparse};
-use super::malformed;
 use crate::error::ParseError;
-
-/// The type of a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Component {
-    fn of(code: u32) -> Option<Self> {
-        Some(match code {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            _ => return None,
-        })
-    }
-
-    pub(super) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-
-    /// The smallest and the largest whole number; `None` for floats.
-    pub(super) fn bounds(self) -> Option<(f64, f64)> {
-        match self {
-            Self::I8 => Some((i8::MIN.into(), i8::MAX.into())),
-            Self::U8 => Some((0.0, u8::MAX.into())),
-            Self::I16 => Some((i16::MIN.into(), i16::MAX.into())),
-            Self::U16 => Some((0.0, u16::MAX.into())),
-            Self::U32 => Some((0.0, u32::MAX.into())),
-            Self::F32 => None,
-        }
-    }
-
-    /// The number that `bytes` begin with.
-    pub(super) fn get(self, bytes: &[u8]) -> f64 {
-        fn first<const N: usize>(bytes: &[u8]) -> [u8; N] {
-            bytes.first_chunk().copied().unwrap_or([0; N])
-        }
-        match self {
-            Self::I8 => i8::from_le_bytes(first(bytes)).into(),
-            Self::U8 => u8::from_le_bytes(first(bytes)).into(),
-            Self::I16 => i16::from_le_bytes(first(bytes)).into(),
-            Self::U16 => u16::from_le_bytes(first(bytes)).into(),
-            Self::U32 => u32::from_le_bytes(first(bytes)).into(),
-            Self::F32 => f32::from_le_bytes(first(bytes)).into(),
-        }
-    }
-
-    /// Writes a number that is known to fit at the front of `bytes`.
-    pub(super) fn put(self, value: f64, bytes: &mut [u8]) {
-        let all = match self {
-            // Whole numbers: the conversion is exact, and the low bytes are those of the smaller types.
-            Self::I8 | Self::U8 | Self::I16 | Self::U16 | Self::U32 => {
-                (value as i64).to_le_bytes().first_chunk().copied().unwrap_or_default()
-            }
-            Self::F32 => (value as f32).to_le_bytes(),
-        };
-        for (slot, byte) in bytes.iter_mut().zip(&all[..self.size()]) {
-            *slot = *byte;
-        }
-    }
-}
-
-/// Elements at equal distances in one store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Run {
-    pub(super) store: usize,
-    pub(super) offset: usize,
-    pub(super) stride: usize,
-}
-
-/// Where the elements of an accessor stand.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Elements {
-    pub(super) component: Component,
-    pub(super) normalized: bool,
-    pub(super) shape: Shape,
-    pub(super) count: usize,
-    /// `None` if the elements are zero.
-    base: Option<Run>,
-    /// Elements that stand elsewhere, in ascending order, and where.
-    sparse: Vec<(u32, usize)>,
-    sparse_store: usize,
-}
-
-/// What two accessors have in common that are one and the same in all but name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Key {
-    Plain { run: Run, component: Component, normalized: bool, width: u8, count: usize },
-    Own(u32),
-}
-
-impl Elements {
-    /// Bytes of one element.
-    pub(super) fn size(&self) -> usize {
-        self.component.size() * usize::from(self.shape.width())
-    }
-
-    /// The store and the offset of an element, if it is stored.
-    pub(super) fn slot(&self, element: usize) -> Option<(usize, usize)> {
-        if !self.sparse.is_empty()
-            && let Ok(element) = u32::try_from(element)
-            && let Ok(found) = self.sparse.binary_search_by_key(&element, |(e, _)| *e)
-        {
-            return self.sparse.get(found).map(|(_, offset)| (self.sparse_store, *offset));
-        }
-        let run = self.base.filter(|_| element < self.count)?;
-        Some((run.store, run.offset + element * run.stride))
-    }
-
-    /// Whether elements exist that are not stored.
-    pub(super) fn has_gaps(&self) -> bool {
-        self.base.is_none()
-    }
-
-    /// The run, when it is without holes and the accessor is nothing else.
-    fn run(&self) -> Option<Run> {
-        self.base.filter(|_| self.sparse.is_empty())
-    }
-
-    /// What makes this accessor the same as another.
-    pub(super) fn key(&self, accessor: u32) -> Key {
-        let Self { component, normalized, count, .. } = *self;
-        let width = self.shape.width();
-        self.run().map_or(Key::Own(accessor), |run| Key::Plain { run, component, normalized, width, count })
-    }
-
-    /// The first three numbers of an element as they are stored.
-    pub(super) fn raw(&self, bytes: &[u8], offset: usize) -> [f64; 3] {
-        let size = self.component.size();
-        std::array::from_fn(|axis| self.component.get(bytes.get(offset + axis * size..).unwrap_or_default()))
-    }
-
-    /// The number that a stored one stands for.
-    pub(super) fn meaning(&self, raw: f64) -> f64 {
-        match self.component.bounds().filter(|_| self.normalized) {
-            Some((_, largest)) => (raw / largest).max(-1.0),
-            None => raw,
-        }
-    }
-
-    /// The number to store; not yet checked to fit.
-    pub(super) fn spelling(&self, value: f64) -> f64 {
-        match self.component.bounds() {
-            Some((_, largest)) if self.normalized => (value * largest).round(),
-            Some(_) => value.round(),
-            None => f64::from(value as f32),
-        }
-    }
-
-    /// Whether a stored number fits its type.
-    pub(super) fn fits(&self, raw: f64) -> bool {
-        match self.component.bounds() {
-            Some((least, largest)) => (least..=largest).contains(&raw),
-            None => raw.is_finite(),
-        }
-    }
-}
 
 /// A buffer view that was found sound.
 struct View {
@@ -351,16 +183,6 @@ pub(super) enum Holds {
     Values,
 }
 
-/// Equal pieces of a store at equal distances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Stretch {
-    pub(super) store: usize,
-    pub(super) start: usize,
-    pub(super) size: usize,
-    pub(super) stride: usize,
-    pub(super) count: usize,
-}
-
 /// An accessor by its number.
 pub(super) fn get<'a>(root: &'a Root<'_>, index: u32) -> Result<&'a Accessor<'a>, ParseError> {
     let missing = || malformed("accessor", index as usize, "there is no such accessor");
@@ -372,10 +194,10 @@ fn view_of<'a>(root: &'a Root<'_>, index: u32) -> Result<&'a BufferView, ParseEr
     let missing = || malformed("buffer view", index as usize, "there is no such buffer view");
     let view = root.buffer_views.get(index as usize).ok_or_else(missing)?;
     if view.extensions.ext_meshopt.is_some() {
-        return Err(super::compressed("EXT_meshopt_compression"));
+        return Err(compressed("EXT_meshopt_compression"));
     }
     if view.extensions.khr_meshopt.is_some() {
-        return Err(super::compressed("KHR_meshopt_compression"));
+        return Err(compressed("KHR_meshopt_compression"));
     }
     Ok(view)
 }
@@ -410,121 +232,4 @@ fn within(
     }
     usize::try_from(view.start + offset)
         .map_err(|_| malformed("accessor", accessor as usize, "its offset is too large"))
-}
-
-/// The refusal of a file whose accessors cover the same bytes many times over, so that it unpacks to far more
-/// than it is.
-pub(super) fn again_and_again() -> ParseError {
-    ParseError::Unsupported {
-        what: "a glTF that uses the same bytes of its buffers again and again".into(),
-        cure: "export the model again with data of their own for each part",
-    }
-}
-
-/// Bytes that are taken.
-#[derive(Debug)]
-pub(super) struct Claims {
-    /// A bit for each byte of each store.
-    bits: Vec<Vec<u64>>,
-}
-
-impl Claims {
-    /// Nothing is taken yet.
-    pub(super) fn new(lengths: &[usize]) -> Self {
-        Self { bits: lengths.iter().map(|length| vec![0; length.div_ceil(64)]).collect() }
-    }
-
-    /// Takes some bytes; `false` when some of them were taken before.
-    pub(super) fn take(&mut self, store: usize, start: usize, size: usize) -> bool {
-        let Some(bits) = self.bits.get_mut(store) else { return size == 0 };
-        let mut free = true;
-        for (word, mask) in masks(start, size) {
-            if let Some(word) = bits.get_mut(word) {
-                free &= *word & mask == 0;
-                *word |= mask;
-            }
-        }
-        free
-    }
-
-    /// Takes every stored element; `false` when some of their bytes were taken before.
-    pub(super) fn take_all(&mut self, elements: &Elements) -> bool {
-        let size = elements.size();
-        let indices: Box<dyn Iterator<Item = usize>> = if elements.has_gaps() {
-            Box::new(elements.sparse.iter().map(|(element, _)| *element as usize))
-        } else {
-            Box::new(0..elements.count)
-        };
-        for element in indices {
-            if let Some((store, offset)) = elements.slot(element)
-                && !self.take(store, offset, size)
-            {
-                return false;
-            }
-        }
-        true
-    }
-
-    fn touches(&self, store: usize, start: usize, size: usize) -> bool {
-        let Some(bits) = self.bits.get(store) else { return false };
-        masks(start, size).any(|(word, mask)| bits.get(word).is_some_and(|word| word & mask != 0))
-    }
-
-    /// Whether some of these bytes are taken. What it costs to look is taken off `budget`; `None` when that is
-    /// used up.
-    pub(super) fn meets(&self, stretch: &Stretch, budget: &mut u64) -> Option<bool> {
-        let Stretch { store, start, size, stride, count } = *stretch;
-        // Pieces without gaps are looked at as one.
-        let (size, stride, count) =
-            if size == stride { (size * count, 0, count.min(1)) } else { (size, stride, count) };
-        *budget = budget.checked_sub((count as u64) * (1 + size as u64 / 64))?;
-        Some((0..count).any(|i| self.touches(store, start + i * stride, size)))
-    }
-}
-
-/// The words of a bit set that a range of bits is in, and which bits of each.
-fn masks(start: usize, size: usize) -> impl Iterator<Item = (usize, u64)> {
-    let end = start + size;
-    let words = if size == 0 { 0..0 } else { start / 64..end.div_ceil(64) };
-    words.map(move |word| {
-        let low = start.saturating_sub(word * 64);
-        let high = (end - word * 64).min(64);
-        (word, (u64::MAX >> (64 - (high - low))) << low)
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bits_are_taken_once() {
-        let mut claims = Claims::new(&[200, 10]);
-        assert!(claims.take(0, 60, 10));
-        assert!(claims.take(0, 70, 130));
-        assert!(claims.take(1, 0, 10));
-        assert!(claims.take(0, 0, 60));
-        assert!(!claims.take(0, 128, 1));
-    }
-
-    #[test]
-    fn every_byte_of_a_range_counts() {
-        for (start, size) in [(0, 1), (63, 1), (63, 2), (64, 64), (1, 190), (191, 9)] {
-            let mut claims = Claims::new(&[200]);
-            assert!(claims.take(0, start, size));
-            for byte in 0..200 {
-                let inside = (start..start + size).contains(&byte);
-                assert_eq!(claims.touches(0, byte, 1), inside, "{start} {size} {byte}");
-            }
-        }
-    }
-
-    #[test]
-    fn looking_has_a_price() {
-        let claims = Claims::new(&[100]);
-        let stretch = Stretch { store: 0, start: 0, size: 2, stride: 4, count: 20 };
-        let mut budget = 25;
-        assert_eq!(claims.meets(&stretch, &mut budget), Some(false));
-        assert_eq!(claims.meets(&stretch, &mut budget), None);
-    }
 }

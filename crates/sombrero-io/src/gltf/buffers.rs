@@ -15,11 +15,11 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
 use super::container::Container;
+use super::error::malformed;
 use super::json::{Buffer, Root, Text, span};
-use super::malformed;
-use crate::document::Companion;
 use crate::error::{ParseError, ReadError};
 use crate::input::{Limits, Source, read_bytes};
+use crate::parsed::Companion;
 
 /// Where the bytes of a buffer are.
 #[derive(Debug, Clone)]

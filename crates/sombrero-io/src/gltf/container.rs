@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::malformed;
+use super::error::{malformed, other_version};
 use crate::error::{ParseError, Place};
 use crate::format::Format;
 use crate::text;
@@ -24,7 +24,7 @@ pub(super) struct Container {
 }
 
 /// Whether the bytes begin as GLB or as a JSON object.
-pub(crate) fn is_gltf(bytes: &[u8]) -> bool {
+pub(super) fn is_gltf(bytes: &[u8]) -> bool {
     let text = &bytes[text::beginning(bytes)..];
     bytes.starts_with(MAGIC) || is_object(text)
 }
@@ -52,7 +52,7 @@ fn open_chunks(bytes: &[u8]) -> Result<Container, ParseError> {
     let cut = || ParseError::Truncated { element: "header".into(), index: 0 };
     let version = number(bytes, 4).ok_or_else(cut)?;
     if version != 2 {
-        return Err(super::other_version(&version.to_string()));
+        return Err(other_version(&version.to_string()));
     }
     let length = number(bytes, 8).ok_or_else(cut)?;
     let whole = bytes.get(..length as usize).ok_or_else(|| ParseError::Overclaimed {

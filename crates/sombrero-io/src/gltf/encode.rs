@@ -7,18 +7,19 @@ use sombrero_mesh::Soup;
 use super::buffers::data_uri;
 use super::container;
 use super::write::{NOTHING, widen};
+use crate::coordinate::narrow;
 use crate::error::WriteError;
 use crate::format::Format;
 
 /// As JSON with the buffer in a data URI.
-pub(crate) fn encode_text(soup: &Soup) -> Result<Vec<u8>, WriteError> {
+pub(super) fn encode_text(soup: &Soup) -> Result<Vec<u8>, WriteError> {
     let buffer = buffer(soup)?;
     let uri = format!("\"uri\":{},", data_uri(&buffer));
     Ok(json(soup, &uri).into_bytes())
 }
 
 /// As GLB.
-pub(crate) fn encode_binary(soup: &Soup) -> Result<Vec<u8>, WriteError> {
+pub(super) fn encode_binary(soup: &Soup) -> Result<Vec<u8>, WriteError> {
     let too_many = || WriteError::TooMany { format: Format::Glb, count: soup.triangles.len() };
     container::pack(&json(soup, ""), &buffer(soup)?).ok_or_else(too_many)
 }
@@ -27,11 +28,7 @@ fn buffer(soup: &Soup) -> Result<Vec<u8>, WriteError> {
     let mut out = Vec::with_capacity(12 * (soup.points.len() + soup.triangles.len()));
     for (vertex, point) in soup.points.iter().enumerate() {
         for &value in point.iter() {
-            let narrow = value as f32;
-            if !narrow.is_finite() {
-                return Err(WriteError::Overflow { vertex, value });
-            }
-            out.extend_from_slice(&narrow.to_le_bytes());
+            out.extend_from_slice(&narrow(vertex, value)?.to_le_bytes());
         }
     }
     out.extend(soup.triangles.iter().flatten().flat_map(|corner| corner.to_le_bytes()));

@@ -4,45 +4,33 @@
 //! scene shows it first. Blocks must not share bytes with anything else, since moving the one would move the other.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
-use std::ops::Range;
 
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
-use super::accessor::{Accessors, Claims, Component, Elements, Holds, Key, again_and_again, buffers_of};
+use super::accessor::{Accessors, Holds, buffers_of};
+use super::block::{Block, Bounds};
 use super::buffers::Buffers;
+use super::claims::Claims;
 use super::container::Container;
+use super::elements::{Component, Elements, Key};
+use super::error::{again_and_again, compressed, malformed, overlapping};
 use super::json::{Accessor, Primitive, Root, Shape, spans_of_three};
 use super::scene::{self, Shown};
 use super::shading::Shading;
-use super::{Layout, compressed, malformed};
+use super::write::Layout;
 use crate::attributes::Attributes;
-use crate::document::{self, Parsed};
+use crate::coordinate::is_finite;
 use crate::error::{ParseError, Place};
 use crate::input::Source;
+use crate::notes;
+use crate::parsed::Parsed;
 use crate::placement::Placement;
 use crate::polygon;
 
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
-
-/// Positions that are stored once.
-#[derive(Debug, Clone)]
-pub(super) struct Block {
-    pub(super) elements: Elements,
-    pub(super) placement: Placement,
-    /// The number of its first point in the document.
-    pub(super) first: usize,
-}
-
-/// The `min` and `max` of an accessor, as spans of the JSON.
-#[derive(Debug, Clone)]
-pub(super) struct Bounds {
-    pub(super) block: usize,
-    pub(super) min: Option<[Range<usize>; 3]>,
-    pub(super) max: Option<[Range<usize>; 3]>,
-}
 
 impl Primitive {
     /// Whether it is a surface that is read.
@@ -82,14 +70,10 @@ pub(super) fn read(
     let format = container.format;
     let layout = Layout { container, origins: buffers.origins, blocks, bounds, shading };
     Ok(Parsed {
-        format,
-        soup,
-        attributes: attributes(root).into_names(),
-        layout: document::Layout::Gltf(Box::new(layout)),
         repeated_triangles: repeated,
         notes,
         companions: buffers.companions,
-        ..Parsed::default()
+        ..Parsed::new(format, soup, attributes(root), layout)
     })
 }
 
@@ -132,13 +116,10 @@ fn left_alone(root: &Root<'_>, shown: &[Shown]) -> Vec<String> {
             *state = (*state).max(if shown.placement.is_some() { READ } else { FLAT });
         }
     }
-    let sentence = |state: u8, why: &str| match states.iter().filter(|s| **s == state).count() {
-        0 => None,
-        1 => Some(format!("1 mesh that {why} stays as it is.")),
-        n => Some(format!("{n} meshes that {why} stay as they are.")),
-    };
-    let unseen = sentence(UNSEEN, "no scene shows");
-    let flat = sentence(FLAT, "a node scales to nothing or beyond all numbers");
+    let of = |state: u8| states.iter().filter(|s| **s == state).count();
+    let meshes = |count, which| notes::stays(count, ["mesh", "meshes"], which);
+    let unseen = meshes(of(UNSEEN), "that no scene shows");
+    let flat = meshes(of(FLAT), "that a node scales to nothing or beyond all numbers");
     unseen.into_iter().chain(flat).collect()
 }
 
@@ -285,7 +266,7 @@ impl<'a> Reader<'a> {
         self.soup.points.reserve(elements.count);
         for element in 0..elements.count {
             let point = placement.world(&self.stored(&elements, element));
-            if !point.iter().all(|c| c.is_finite()) {
+            if !is_finite(&point) {
                 let name = format!("accessor {accessor}, position");
                 return Err(ParseError::NonFinite { place: Place::Element { name, index: element } });
             }
@@ -403,13 +384,6 @@ impl<'a> Reader<'a> {
             Some(spans(*block, accessor))
         });
         found.filter(|bounds| bounds.min.is_some() || bounds.max.is_some()).collect()
-    }
-}
-
-fn overlapping() -> ParseError {
-    ParseError::Unsupported {
-        what: "a glTF with position data that overlap with other data".into(),
-        cure: "export the model again with data of their own for each part",
     }
 }
 

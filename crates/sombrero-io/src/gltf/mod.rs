@@ -12,73 +12,66 @@
 //! missing or outside the folder, and claims that the bytes do not bear out.
 
 mod accessor;
+mod block;
 mod buffers;
+mod claims;
 mod container;
+mod elements;
 mod encode;
+mod error;
 mod geometry;
 mod json;
+mod patches;
 mod scene;
 mod shading;
 #[cfg(test)]
 mod tests;
 mod write;
 
-use crate::document::Parsed;
-use crate::error::{ParseError, Place};
+use crate::error::ParseError;
+use crate::family::{Evidence, Family, Variant};
+use crate::format::Format;
 use crate::input::Source;
+use crate::parsed::Parsed;
 
-pub(crate) use container::is_gltf;
-pub(crate) use encode::{encode_binary, encode_text};
+/// The format's row.
+pub(crate) static FAMILY: Family = Family {
+    name: "glTF",
+    variants: &[&TEXT, &BINARY],
+    recognise: |bytes| Evidence::Certain.when(container::is_gltf(bytes)),
+    parse,
+    is_text: true,
+    empty: ParseError::NothingShown,
+};
 
-/// Where the positions stand.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Layout {
-    container: container::Container,
-    /// The buffers that hold geometry: stores, by number.
-    origins: Vec<buffers::Origin>,
-    blocks: Vec<geometry::Block>,
-    bounds: Vec<geometry::Bounds>,
-    shading: shading::Shading,
-}
+/// JSON.
+pub(crate) static TEXT: Variant = Variant {
+    format: Format::Gltf,
+    name: "glTF",
+    extension: "gltf",
+    needs_triangles: true,
+    encode: encode::encode_text,
+};
+
+/// GLB: JSON and a buffer in one binary file.
+pub(crate) static BINARY: Variant = Variant {
+    format: Format::Glb,
+    name: "glTF (binary)",
+    extension: "glb",
+    needs_triangles: true,
+    encode: encode::encode_binary,
+};
 
 /// Reads the whole file.
-pub(crate) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
+fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     let container = container::open(source.bytes)?;
     let text = container.text(source.bytes)?;
     let head: json::Head<'_> = serde_json::from_str(text).map_err(|e| container.json_error(&e))?;
     let asset = head.asset.and_then(|asset| serde_json::from_str::<json::Asset>(asset.get()).ok());
-    let version = asset.ok_or_else(no_gltf)?.version;
+    let version = asset.ok_or_else(error::no_gltf)?.version;
     if version != "2" && !version.starts_with("2.") {
-        return Err(other_version(&version));
+        return Err(error::other_version(&version));
     }
     let root: json::Root<'_> = serde_json::from_str(text).map_err(|e| container.json_error(&e))?;
     geometry::read(source, container, text, &root)
-}
-
-fn no_gltf() -> ParseError {
-    ParseError::Unsupported {
-        what: "JSON that is no glTF 2.0 (it has no `asset` with a `version`)".into(),
-        cure: "give a mesh file; a key file goes where a key is asked for",
-    }
-}
-
-fn other_version(version: &str) -> ParseError {
-    let name = match version {
-        "" => "without a version".to_owned(),
-        "1" => "1.0".to_owned(),
-        other => other.chars().take(20).collect(),
-    };
-    ParseError::Unsupported { what: format!("glTF {name}"), cure: "export the model again as glTF 2.0" }
-}
-
-fn compressed(extension: &str) -> ParseError {
-    let name: String = extension.chars().take(80).collect();
-    ParseError::Unsupported {
-        what: format!("compressed geometry ({name})"),
-        cure: "export the model again without compression",
-    }
-}
-
-fn malformed(name: &str, index: usize, problem: &str) -> ParseError {
-    ParseError::Malformed { place: Place::Element { name: name.into(), index }, problem: problem.into() }
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector3};
 
+use super::error::malformed;
 use super::json::{Node, Root};
-use super::malformed;
 use crate::error::ParseError;
 use crate::placement::Placement;
 

@@ -5,10 +5,12 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::accessor::{Accessors, Claims, Component, Elements, Key};
-use super::geometry::Block;
+use super::accessor::Accessors;
+use super::block::Block;
+use super::claims::Claims;
+use super::elements::{Component, Elements, Key};
 use super::json::Shape;
-use super::write::Patches;
+use super::patches::Patches;
 use crate::error::ParseError;
 use crate::normals::{self, NONE, Stored, Turn};
 use crate::placement::Placement;

@@ -4,80 +4,53 @@ use std::ops::Range;
 
 use nalgebra::Point3;
 
-use super::Layout;
-use super::accessor::Elements;
+use super::block::{Block, Bounds};
 use super::buffers::{Origin, data_uri, encoded, quoted};
-use super::geometry::{Block, Bounds};
-use crate::document::{Companion, Parsed, Rewrite, Rewritten};
+use super::container::Container;
+use super::elements::Elements;
+use super::patches::Patches;
+use super::shading::Shading;
 use crate::error::WriteError;
+use crate::parsed::{self, Companion, Original, Rewrite, Rewritten};
 use crate::splice::Splice;
 use crate::text;
 
-/// The stores, as far as they change.
-pub(super) struct Patches<'a> {
-    source: &'a [u8],
-    origins: &'a [Origin],
-    companions: &'a [Companion],
-    changed: Vec<Option<Vec<u8>>>,
+/// Where the positions stand.
+#[derive(Debug)]
+pub(super) struct Layout {
+    pub(super) container: Container,
+    /// The buffers that hold geometry: stores, by number.
+    pub(super) origins: Vec<Origin>,
+    pub(super) blocks: Vec<Block>,
+    pub(super) bounds: Vec<Bounds>,
+    pub(super) shading: Shading,
 }
 
-impl<'a> Patches<'a> {
-    fn new(source: &'a [u8], origins: &'a [Origin], companions: &'a [Companion]) -> Self {
-        Self { source, origins, companions, changed: vec![None; origins.len()] }
-    }
-
-    /// A store as it was read.
-    pub(super) fn old(&self, store: usize) -> &'a [u8] {
-        self.origins.get(store).map_or(&[], |origin| origin.bytes(self.source, self.companions))
-    }
-
-    /// A store as it will be.
-    fn new_bytes(&self, store: usize) -> &[u8] {
-        self.changed.get(store).and_then(Option::as_deref).unwrap_or_else(|| self.old(store))
-    }
-
-    /// Writes the first three numbers of an element; `false` when it is not stored.
-    pub(super) fn put(&mut self, elements: &Elements, element: usize, raw: [f64; 3]) -> bool {
-        let Some((store, offset)) = elements.slot(element) else { return false };
-        let old = self.old(store);
-        let Some(slot) = self.changed.get_mut(store) else { return false };
-        let bytes = slot.get_or_insert_with(|| old.to_vec());
-        let size = elements.component.size();
-        for (axis, value) in raw.into_iter().enumerate() {
-            if let Some(place) = bytes.get_mut(offset + axis * size..) {
-                elements.component.put(value, place);
-            }
+impl parsed::Layout for Layout {
+    fn rewrite(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+        how: &Rewrite,
+    ) -> Result<Rewritten, WriteError> {
+        let Original { bytes: source, soup, companions } = *original;
+        let mut patches = Patches::new(source, &self.origins, companions);
+        let mut moved = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            moved.push(block.write(&soup.points, points, &mut patches)?);
         }
-        true
+        let mut edits = self.new_bounds(source, &moved, &patches);
+        if how.renew_normals {
+            self.shading.turn(&self.blocks, &soup.triangles, &soup.points, points, &mut patches);
+        }
+        let companions = self.new_names(companions.len() == 1, how, &patches, &mut edits);
+        let too_long = WriteError::TooMany { format: self.container.format, count: soup.triangles.len() };
+        let bytes = self.assemble(source, edits, &patches).ok_or(too_long)?;
+        Ok(Rewritten { bytes, companions })
     }
 }
 
 impl Layout {
-    /// The file with new positions; see [`Rewrite`] for the choices.
-    pub(crate) fn rewrite(
-        &self,
-        source: &[u8],
-        parsed: &Parsed,
-        new: &[Point3<f64>],
-        how: &Rewrite,
-    ) -> Result<Rewritten, WriteError> {
-        let old = &parsed.soup.points;
-        let mut patches = Patches::new(source, &self.origins, &parsed.companions);
-        let mut moved = Vec::with_capacity(self.blocks.len());
-        for block in &self.blocks {
-            moved.push(block.write(old, new, &mut patches)?);
-        }
-        let mut edits = self.new_bounds(source, &moved, &patches);
-        if how.renew_normals {
-            self.shading.turn(&self.blocks, &parsed.soup.triangles, old, new, &mut patches);
-        }
-        let companions = self.new_names(parsed, how, &patches, &mut edits);
-        let bytes = self
-            .assemble(source, edits, &patches)
-            .ok_or(WriteError::TooMany { format: parsed.format, count: parsed.soup.triangles.len() })?;
-        Ok(Rewritten { bytes, companions })
-    }
-
     /// The numbers of `min` and `max` that are no longer true.
     fn new_bounds(&self, source: &[u8], moved: &[bool], patches: &Patches<'_>) -> Vec<Edit> {
         let mut edits = Vec::new();
@@ -94,21 +67,20 @@ impl Layout {
         edits
     }
 
-    /// Names for the buffers that have files of their own, and the contents of data URIs.
+    /// Names for the buffers that have files of their own (a `single` one or several), and the contents of data URIs.
     fn new_names(
         &self,
-        parsed: &Parsed,
+        single: bool,
         how: &Rewrite,
         patches: &Patches<'_>,
         edits: &mut Vec<Edit>,
     ) -> Vec<Companion> {
-        let single = parsed.companions.len() == 1;
         let mut companions = Vec::new();
         for (store, origin) in self.origins.iter().enumerate() {
             match origin {
                 Origin::Chunk(_) => {}
                 Origin::Inline(inline) => {
-                    if let Some(bytes) = patches.changed.get(store).and_then(Option::as_deref) {
+                    if let Some(bytes) = patches.changed(store) {
                         edits.push(Edit { span: inline.span.clone(), text: inline.uri(bytes) });
                     }
                 }
@@ -138,8 +110,8 @@ impl Layout {
 
     fn assemble(&self, source: &[u8], mut edits: Vec<Edit>, patches: &Patches<'_>) -> Option<Vec<u8>> {
         let mut patched = None;
-        for (origin, changed) in self.origins.iter().zip(&patches.changed) {
-            if let (Origin::Chunk(range), Some(bytes)) = (origin, changed) {
+        for (store, origin) in self.origins.iter().enumerate() {
+            if let (Origin::Chunk(range), Some(bytes)) = (origin, patches.changed(store)) {
                 let out = patched.get_or_insert_with(|| source.to_vec());
                 out.get_mut(range.clone())?.copy_from_slice(bytes);
             }
@@ -190,17 +162,8 @@ impl Block {
 
     fn spell(&self, vertex: usize, world: &Point3<f64>) -> Result<[f64; 3], WriteError> {
         let stored = self.placement.stored(world);
-        let values = [stored.x, stored.y, stored.z];
-        let raw = values.map(|value| self.elements.spelling(value));
-        for (raw, value) in raw.into_iter().zip(values) {
-            if !self.elements.fits(raw) {
-                return Err(match self.elements.component.bounds() {
-                    Some(_) => WriteError::OffGrid { vertex, value },
-                    None => WriteError::Overflow { vertex, value },
-                });
-            }
-        }
-        Ok(raw)
+        let coordinate = |value| self.elements.coordinate(vertex, value);
+        Ok([coordinate(stored.x)?, coordinate(stored.y)?, coordinate(stored.z)?])
     }
 }
 

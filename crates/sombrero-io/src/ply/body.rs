@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::header::{Element, Kind};
+use super::element::{Element, Kind};
 use super::scalar::Scalar;
 use crate::error::{ParseError, Place};
 use crate::text::{self, Words};

@@ -1,7 +1,7 @@
 //! The rows of `face` and `tristrips`.
 
 use super::body::{self, Body};
-use super::header::{Element, Kind, Property};
+use super::element::{Element, Kind, is_corners};
 use super::scalar::Scalar;
 use crate::error::ParseError;
 use crate::polygon;
@@ -12,12 +12,6 @@ pub(super) enum Shape {
     Polygon,
     /// Several strips with -1 between them.
     Strip,
-}
-
-/// Whether a property is the list of a face's corners.
-pub(super) fn is_corners(property: &Property) -> bool {
-    matches!(property.kind, Kind::List { .. })
-        && matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
 }
 
 /// Reads all rows and appends their triangles. Their claim was checked.

@@ -1,14 +1,13 @@
 //! The header: `ply`, `format`, then `element` and `property` lines up to `end_header`.
 
-use super::faces::is_corners;
+use super::element::{AXES, Element, Kind, Property, is_corners};
 use super::scalar::Scalar;
-use super::vertices::AXES;
 use crate::error::{ParseError, Place};
 use crate::text;
 
 /// How the rows are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Encoding {
+pub(super) enum Encoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -30,44 +29,6 @@ impl Encoding {
     }
 }
 
-/// What a property holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    One(Scalar),
-    List { count: Scalar, item: Scalar },
-}
-
-#[derive(Debug, Clone)]
-pub(super) struct Property {
-    pub(super) name: String,
-    pub(super) kind: Kind,
-}
-
-#[derive(Debug, Clone)]
-pub(super) struct Element {
-    pub(super) name: String,
-    pub(super) count: usize,
-    pub(super) properties: Vec<Property>,
-}
-
-impl Element {
-    /// Whether the rows are polygons or strips.
-    pub(super) fn is_faces(&self) -> bool {
-        matches!(self.name.as_str(), "face" | "tristrips")
-    }
-
-    /// Bytes of a binary row, if all rows have the same.
-    pub(super) fn row_size(&self) -> Option<usize> {
-        self.properties
-            .iter()
-            .map(|p| match p.kind {
-                Kind::One(scalar) => Some(scalar.size()),
-                Kind::List { .. } => None,
-            })
-            .sum()
-    }
-}
-
 /// What the header says.
 #[derive(Debug)]
 pub(super) struct Header {
@@ -86,7 +47,7 @@ impl Header {
 }
 
 /// Whether the first line says `ply`.
-pub(crate) fn is_ply(bytes: &[u8]) -> bool {
+pub(super) fn is_ply(bytes: &[u8]) -> bool {
     matches!(bytes, [b'p', b'l', b'y', end, ..] if text::is_space(*end))
 }
 

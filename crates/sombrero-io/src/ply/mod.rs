@@ -6,6 +6,7 @@
 //! positions of an integer type can be read but not moved.
 
 mod body;
+mod element;
 mod faces;
 mod header;
 mod names;
@@ -15,49 +16,88 @@ mod vertices;
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
-use crate::document::{self, Parsed};
 use crate::error::{ParseError, WriteError};
+use crate::family::{Evidence, Family, Variant};
 use crate::format::Format;
-use crate::input::Limits;
+use crate::input::{Limits, Source};
 use crate::normals::Stored;
+use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
 use crate::text;
 
 use body::{Ascii, Binary, Body};
-use header::{Element, Header};
+use element::{AXES, Axes, Element, NORMAL};
+use header::{Encoding, Header};
 
-pub(crate) use header::{Encoding, is_ply};
+/// The format's row.
+pub(crate) static FAMILY: Family = Family {
+    name: "PLY",
+    variants: &[&LITTLE_ENDIAN, &BIG_ENDIAN, &ASCII],
+    recognise: |bytes| Evidence::Certain.when(header::is_ply(bytes)),
+    parse,
+    is_text: false,
+    empty: ParseError::NoVertices,
+};
+
+/// A text header and binary rows, least significant byte first.
+pub(crate) static LITTLE_ENDIAN: Variant = Variant {
+    format: Format::PlyBinaryLittleEndian,
+    name: "PLY (binary, little endian)",
+    extension: "ply",
+    needs_triangles: false,
+    encode: |soup| Ok(encode(Encoding::LittleEndian, soup)),
+};
+
+/// A text header and binary rows, most significant byte first.
+pub(crate) static BIG_ENDIAN: Variant = Variant {
+    format: Format::PlyBinaryBigEndian,
+    name: "PLY (binary, big endian)",
+    extension: "ply",
+    needs_triangles: false,
+    encode: |soup| Ok(encode(Encoding::BigEndian, soup)),
+};
+
+/// Text.
+pub(crate) static ASCII: Variant = Variant {
+    format: Format::PlyAscii,
+    name: "PLY (ASCII)",
+    extension: "ply",
+    needs_triangles: false,
+    encode: |soup| Ok(encode(Encoding::Ascii, soup)),
+};
 
 /// Where the coordinates stand.
-#[derive(Debug, Clone)]
-pub(crate) struct Layout {
+#[derive(Debug)]
+struct Layout {
     encoding: Encoding,
     element: Element,
     rows: vertices::Rows,
 }
 
+impl parsed::Layout for Layout {
+    fn rewrite(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+        _: &Rewrite,
+    ) -> Result<Rewritten, WriteError> {
+        Ok(self.rewrite_axes(AXES, original.bytes, &original.soup.points, points)?.into())
+    }
+
+    fn turn_normals(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+    ) -> Result<Option<Vec<u8>>, WriteError> {
+        let Some(normals) = self.normals(original) else { return Ok(None) };
+        let (old, new) = normals.turned(original.soup, points);
+        self.rewrite_axes(NORMAL, original.bytes, &old, &new).map(Some)
+    }
+}
+
 impl Layout {
-    pub(crate) fn rewrite(
-        &self,
-        source: &[u8],
-        old: &[Point3<f64>],
-        new: &[Point3<f64>],
-    ) -> Result<Vec<u8>, WriteError> {
-        self.rewrite_axes(vertices::AXES, source, old, new)
-    }
-
-    /// Other normals in the place of those that [`normals`](Self::normals) found.
-    pub(crate) fn rewrite_normals(
-        &self,
-        source: &[u8],
-        old: &[Point3<f64>],
-        new: &[Point3<f64>],
-    ) -> Result<Vec<u8>, WriteError> {
-        self.rewrite_axes(vertices::NORMAL, source, old, new)
-    }
-
     fn rewrite_axes(
         &self,
-        axes: vertices::Axes,
+        axes: Axes,
         source: &[u8],
         old: &[Point3<f64>],
         new: &[Point3<f64>],
@@ -74,21 +114,23 @@ impl Layout {
         }
     }
 
-    /// The normals of the vertices, if they have usable ones. `source` was read before.
-    pub(crate) fn normals(&self, source: &[u8], triangles: &[[u32; 3]]) -> Option<Stored> {
+    /// The normals of the vertices, if they have usable ones.
+    fn normals(&self, original: &Original<'_>) -> Option<Stored> {
         let Self { encoding, element, rows } = self;
+        let source = original.bytes;
         let stored = match encoding {
             Encoding::Ascii => vertices::normals(Ascii::new(source, 0), element, rows),
             Encoding::LittleEndian => vertices::normals(Binary::<false>::new(source, 0), element, rows),
             Encoding::BigEndian => vertices::normals(Binary::<true>::new(source, 0), element, rows),
         };
-        let text = *encoding == Encoding::Ascii;
-        Some(Stored { values: stored?, corners: triangles.to_vec(), slots: Vec::new(), text })
+        let corners = original.soup.triangles.clone();
+        Some(Stored { values: stored?, corners, slots: Vec::new(), text: *encoding == Encoding::Ascii })
     }
 }
 
 /// Reads the whole file.
-pub(crate) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
+fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
+    let Source { bytes, limits, .. } = source;
     let header = header::parse(bytes)?;
     match header.encoding {
         Encoding::Ascii => read(header, Ascii::new(bytes, 0), limits, Format::PlyAscii),
@@ -128,18 +170,12 @@ fn read<'a, B: Body<'a>>(
         fixed.then(|| "Positions are stored as whole numbers and cannot move; store them as floats.".into());
     let Header { encoding, mut elements, vertex, .. } = header;
     let element = elements.swap_remove(vertex);
-    Ok(Parsed {
-        format,
-        soup: Soup::new(points, triangles),
-        attributes,
-        layout: document::Layout::Ply(Layout { encoding, element, rows }),
-        fixed,
-        ..Parsed::default()
-    })
+    let layout = Layout { encoding, element, rows };
+    Ok(Parsed { fixed, ..Parsed::new(format, Soup::new(points, triangles), attributes, layout) })
 }
 
 /// A new file with 64-bit positions and triangles.
-pub(crate) fn encode(encoding: Encoding, soup: &Soup) -> Vec<u8> {
+fn encode(encoding: Encoding, soup: &Soup) -> Vec<u8> {
     let mut out = header::plain(encoding, soup.points.len(), soup.triangles.len());
     match encoding {
         Encoding::Ascii => encode_text(soup, &mut out),

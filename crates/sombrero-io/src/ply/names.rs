@@ -1,12 +1,11 @@
 //! What the properties and elements of a file are called among its attributes.
 
-use super::faces::is_corners;
+use super::element::{AXES, is_corners};
 use super::header::Header;
-use super::vertices::AXES;
 use crate::attributes::Attributes;
 
 /// The names, in the order of the header.
-pub(super) fn attributes(header: &Header) -> Vec<String> {
+pub(super) fn attributes(header: &Header) -> Attributes {
     let mut attributes = Attributes::default();
     for (index, element) in header.elements.iter().enumerate() {
         let vertex = index == header.vertex;
@@ -23,7 +22,7 @@ pub(super) fn attributes(header: &Header) -> Vec<String> {
             }
         }
     }
-    attributes.into_names()
+    attributes
 }
 
 /// The name that all formats use for what a property belongs to, or its own.

@@ -3,18 +3,12 @@
 use nalgebra::{Point3, Vector3};
 
 use super::body::{self, Body};
-use super::header::{Element, Kind, Property};
+use super::element::{AXES, Axes, Element, Kind, NORMAL, Property};
 use super::scalar::Scalar;
+use crate::coordinate;
 use crate::error::{ParseError, WriteError};
 use crate::splice::Splice;
 use crate::text;
-
-/// The names of three properties that make a vector.
-pub(super) type Axes = [&'static str; 3];
-/// A position.
-pub(super) const AXES: Axes = ["x", "y", "z"];
-/// A normal.
-pub(super) const NORMAL: Axes = ["nx", "ny", "nz"];
 
 /// The coordinate that a property is, and its type.
 fn axis(axes: Axes, property: &Property) -> Option<(usize, Scalar)> {
@@ -182,8 +176,7 @@ fn rewrite_row<'a, B: Body<'a>>(
 fn check(scalar: Scalar, property: &'static str, vertex: usize, value: f64) -> Result<(), WriteError> {
     match scalar {
         Scalar::F64 => Ok(()),
-        Scalar::F32 if (value as f32).is_finite() => Ok(()),
-        Scalar::F32 => Err(WriteError::Overflow { vertex, value }),
+        Scalar::F32 => coordinate::narrow(vertex, value).map(drop),
         _ => Err(WriteError::IntegerCoordinates { vertex, property }),
     }
 }

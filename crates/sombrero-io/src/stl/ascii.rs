@@ -8,17 +8,17 @@ use std::ops::Range;
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
-use super::{normal, triangles};
+use super::facet::{normal, triangles};
 use crate::attributes::Attributes;
-use crate::document::{self, Parsed};
-use crate::error::{ParseError, Place};
+use crate::error::{ParseError, Place, WriteError};
 use crate::format::Format;
-use crate::input::Limits;
+use crate::input::Source;
+use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
 use crate::splice::Splice;
 use crate::text::{self, Words};
 
 /// Whether the file begins like a text: `solid`, a name, and on the next line a facet or the end.
-pub(crate) fn is_ascii(bytes: &[u8]) -> bool {
+pub(super) fn is_ascii(bytes: &[u8]) -> bool {
     let mut words = Words::new(bytes, text::beginning(bytes));
     if !words.word().is_some_and(|w| bytes[w].eq_ignore_ascii_case(b"solid")) {
         return false;
@@ -31,8 +31,8 @@ pub(crate) fn is_ascii(bytes: &[u8]) -> bool {
 }
 
 /// Where the coordinates stand.
-#[derive(Debug, Clone)]
-pub(crate) struct Layout {
+#[derive(Debug)]
+struct Layout {
     /// For each facet the byte behind the word `facet`.
     slots: Vec<usize>,
 }
@@ -44,7 +44,8 @@ struct Facet {
 }
 
 /// Reads the whole file.
-pub(super) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
+pub(super) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
+    let Source { bytes, limits, .. } = source;
     let mut reader = Reader::new(bytes, text::beginning(bytes));
     let (mut points, mut slots) = (Vec::new(), Vec::new());
     while reader.solid()? {
@@ -61,13 +62,8 @@ pub(super) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> 
     }
     let mut attributes = Attributes::default();
     attributes.note("facet normals");
-    Ok(Parsed {
-        format: Format::StlAscii,
-        soup: Soup::new(points, triangles(slots.len())),
-        attributes: attributes.into_names(),
-        layout: document::Layout::Stl(super::Layout::Ascii(Layout { slots })),
-        ..Parsed::default()
-    })
+    let soup = Soup::new(points, triangles(slots.len()));
+    Ok(Parsed::new(Format::StlAscii, soup, attributes, Layout { slots }))
 }
 
 struct Reader<'a> {
@@ -158,10 +154,17 @@ impl<'a> Reader<'a> {
     }
 }
 
-impl Layout {
-    pub(super) fn rewrite(&self, source: &[u8], old: &[Point3<f64>], new: &[Point3<f64>]) -> Vec<u8> {
+impl parsed::Layout for Layout {
+    /// The file with new corners, and new normals where corners changed.
+    fn rewrite(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+        _: &Rewrite,
+    ) -> Result<Rewritten, WriteError> {
+        let source = original.bytes;
         let mut splice = Splice::new(source);
-        let (old, new) = (old.as_chunks::<3>().0, new.as_chunks::<3>().0);
+        let (old, new) = (original.soup.points.as_chunks::<3>().0, points.as_chunks::<3>().0);
         for ((&slot, old), new) in self.slots.iter().zip(old).zip(new) {
             if old.iter().zip(new).all(|(old, new)| text::same(old, new)) {
                 continue;
@@ -171,7 +174,7 @@ impl Layout {
                 replace(&mut splice, source, facet, old, new);
             }
         }
-        splice.finish()
+        Ok(splice.finish().into())
     }
 }
 
@@ -198,7 +201,7 @@ fn replace(
 }
 
 /// A new file with one nameless solid.
-pub(crate) fn encode(soup: &Soup) -> Vec<u8> {
+pub(super) fn encode(soup: &Soup) -> Vec<u8> {
     let mut out = b"solid\n".to_vec();
     for triangle in &soup.triangles {
         let corners = triangle.map(|corner| soup.points[corner as usize]);

@@ -3,12 +3,13 @@
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
-use super::{Layout, normal, triangles};
+use super::facet::{normal, triangles};
 use crate::attributes::Attributes;
-use crate::document::{self, Parsed};
+use crate::coordinate;
 use crate::error::{ParseError, Place, WriteError};
 use crate::format::Format;
-use crate::input::Limits;
+use crate::input::Source;
+use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
 
 const HEADER: usize = 80;
 /// Header and count.
@@ -26,18 +27,24 @@ pub(super) fn has_exact_length(bytes: &[u8]) -> bool {
 }
 
 /// Whether the file is a binary STL by its length. One without facets says nothing: a text may be as long.
-pub(crate) fn is_binary(bytes: &[u8]) -> bool {
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
     claimed(bytes) != Some(0) && has_exact_length(bytes)
 }
 
 /// Whether a file that is called STL may be a binary one with more behind its facets.
-pub(crate) fn may_be_binary(bytes: &[u8]) -> bool {
+pub(super) fn may_be_binary(bytes: &[u8]) -> bool {
     let holds = |n| bytes.len() as u64 >= PREFIX as u64 + RECORD as u64 * u64::from(n);
-    super::has_nul(bytes) && claimed(bytes).is_some_and(|n| n > 0 && holds(n))
+    has_nul(bytes) && claimed(bytes).is_some_and(|n| n > 0 && holds(n))
+}
+
+/// Whether the first bytes hold a zero, as the count of a binary file always does.
+pub(super) fn has_nul(bytes: &[u8]) -> bool {
+    memchr::memchr(0, &bytes[..bytes.len().min(PREFIX)]).is_some()
 }
 
 /// Reads the whole file; bytes behind the last facet are passed over.
-pub(super) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> {
+pub(super) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
+    let Source { bytes, limits, .. } = source;
     let Some(count) = claimed(bytes) else {
         return Err(ParseError::Truncated { element: "header".into(), index: 0 });
     };
@@ -52,13 +59,8 @@ pub(super) fn parse(bytes: &[u8], limits: Limits) -> Result<Parsed, ParseError> 
     }
     limits.check_vertices(usize::try_from(count).unwrap_or(usize::MAX).saturating_mul(3))?;
     let records = &records[..count as usize];
-    Ok(Parsed {
-        format: Format::StlBinary,
-        soup: Soup::new(points(records)?, triangles(records.len())),
-        attributes: attributes(records).into_names(),
-        layout: document::Layout::Stl(Layout::Binary),
-        ..Parsed::default()
-    })
+    let soup = Soup::new(points(records)?, triangles(records.len()));
+    Ok(Parsed::new(Format::StlBinary, soup, attributes(records), Layout))
 }
 
 fn points(records: &[[u8; RECORD]]) -> Result<Vec<Point3<f64>>, ParseError> {
@@ -95,30 +97,42 @@ fn vectors(record: &[u8; RECORD]) -> [[f32; 3]; 4] {
     std::array::from_fn(|v| std::array::from_fn(|axis| f32::from_le_bytes(floats[3 * v + axis])))
 }
 
-/// `source` with new corners, and new normals where corners changed.
-pub(super) fn rewrite(source: &[u8], new: &[Point3<f64>]) -> Result<Vec<u8>, WriteError> {
-    let mut out = source.to_vec();
-    let (records, _) = out.get_mut(PREFIX..).unwrap_or_default().as_chunks_mut::<RECORD>();
-    let (facets, _) = new.as_chunks::<3>();
-    for (facet, (record, corners)) in records.iter_mut().zip(facets).enumerate() {
-        let [normal, old @ ..] = vectors(record);
-        let corners = narrow(corners, 3 * facet)?;
-        if old.map(|c| c.map(f32::to_bits)) != corners.map(|c| c.map(f32::to_bits)) {
-            let normal = if normal == [0.0; 3] { normal } else { normal_of(&corners) };
-            store(record, normal, corners);
+/// Where the facets stand: records follow each other, so their number, known from the points, says all.
+#[derive(Debug)]
+struct Layout;
+
+impl parsed::Layout for Layout {
+    /// The file with new corners, and new normals where corners changed.
+    fn rewrite(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+        _: &Rewrite,
+    ) -> Result<Rewritten, WriteError> {
+        let mut out = original.bytes.to_vec();
+        let (records, _) = out.get_mut(PREFIX..).unwrap_or_default().as_chunks_mut::<RECORD>();
+        let (facets, _) = points.as_chunks::<3>();
+        for (facet, (record, corners)) in records.iter_mut().zip(facets).enumerate() {
+            let [normal, old @ ..] = vectors(record);
+            let corners = narrow(corners, [0, 1, 2].map(|corner| 3 * facet + corner))?;
+            if old.map(|c| c.map(f32::to_bits)) != corners.map(|c| c.map(f32::to_bits)) {
+                let normal = if normal == [0.0; 3] { normal } else { normal_of(&corners) };
+                store(record, normal, corners);
+            }
         }
+        Ok(out.into())
     }
-    Ok(out)
 }
 
-/// The corners as 32-bit floats; the first is vertex `first` of the document.
-fn narrow(corners: &[Point3<f64>; 3], first: usize) -> Result<[[f32; 3]; 3], WriteError> {
-    for (i, corner) in corners.iter().enumerate() {
-        if let Some(&value) = corner.iter().find(|&&c| !(c as f32).is_finite()) {
-            return Err(WriteError::Overflow { vertex: first + i, value });
+/// The corners of a facet as 32-bit floats; `vertices` are their numbers.
+fn narrow(corners: &[Point3<f64>; 3], vertices: [usize; 3]) -> Result<[[f32; 3]; 3], WriteError> {
+    let mut narrow = [[0.0; 3]; 3];
+    for ((corner, vertex), narrow) in corners.iter().zip(vertices).zip(&mut narrow) {
+        for (value, narrow) in corner.iter().zip(narrow) {
+            *narrow = coordinate::narrow(vertex, *value)?;
         }
     }
-    Ok(corners.map(|corner| std::array::from_fn(|axis| corner[axis] as f32)))
+    Ok(narrow)
 }
 
 /// The normal that a reader of the stored corners would find.
@@ -135,7 +149,7 @@ fn store(record: &mut [u8; RECORD], normal: [f32; 3], corners: [[f32; 3]; 3]) {
 }
 
 /// A new file with an empty header.
-pub(crate) fn encode(soup: &Soup) -> Result<Vec<u8>, WriteError> {
+pub(super) fn encode(soup: &Soup) -> Result<Vec<u8>, WriteError> {
     let too_many = |_| WriteError::TooMany { format: Format::StlBinary, count: soup.triangles.len() };
     let count = u32::try_from(soup.triangles.len()).map_err(too_many)?;
     let mut out = vec![0; HEADER];
@@ -143,22 +157,12 @@ pub(crate) fn encode(soup: &Soup) -> Result<Vec<u8>, WriteError> {
     out.extend_from_slice(&count.to_le_bytes());
     for triangle in &soup.triangles {
         let corners = triangle.map(|corner| soup.points[corner as usize]);
-        let corners = narrow(&corners, 0).map_err(|e| at_vertex(e, triangle))?;
+        let corners = narrow(&corners, triangle.map(|corner| corner as usize))?;
         let mut record = [0; RECORD];
         store(&mut record, normal_of(&corners), corners);
         out.extend_from_slice(&record);
     }
     Ok(out)
-}
-
-/// Turns the number of a corner into that of its vertex.
-fn at_vertex(error: WriteError, triangle: &[u32; 3]) -> WriteError {
-    match error {
-        WriteError::Overflow { vertex, value } => {
-            WriteError::Overflow { vertex: triangle[vertex % 3] as usize, value }
-        }
-        other => other,
-    }
 }
 
 #[cfg(test)]

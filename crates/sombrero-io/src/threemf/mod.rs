@@ -15,8 +15,12 @@
 //! components that contain themselves, and archives that unpack to far more than they weigh.
 
 mod archive;
+mod build;
+mod directory;
+mod fields;
 mod model;
 mod package;
+mod packing;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -27,16 +31,37 @@ use std::borrow::Cow;
 
 use sombrero_mesh::Soup;
 
-use crate::document::{self, Parsed};
+use crate::coordinate::is_finite;
 use crate::error::ParseError;
+use crate::family::{Evidence, Family, Variant};
 use crate::format::Format;
 use crate::input::Source;
+use crate::notes::stays;
+use crate::parsed::Parsed;
 use archive::Budget;
 use model::{Findings, Part};
 use package::Package;
 use scene::{Placed, Scene, Trouble};
-use write::PartLayout;
-pub(crate) use write::{Layout, encode};
+use write::{Layout, PartLayout};
+
+/// The format's row.
+pub(crate) static FAMILY: Family = Family {
+    name: "3MF",
+    variants: &[&ARCHIVE],
+    recognise: |bytes| Evidence::Certain.when(is_zip(bytes)),
+    parse,
+    is_text: false,
+    empty: ParseError::NothingShown,
+};
+
+/// A ZIP archive, the only way to write it.
+pub(crate) static ARCHIVE: Variant = Variant {
+    format: Format::ThreeMf,
+    name: "3MF",
+    extension: "3mf",
+    needs_triangles: true,
+    encode: write::encode,
+};
 
 /// How much a model may unpack to, whatever the archive's size.
 const ALWAYS_ALLOWED: u64 = 64 << 20;
@@ -44,12 +69,12 @@ const ALWAYS_ALLOWED: u64 = 64 << 20;
 const MOST_PACKED: u64 = 100;
 
 /// Whether the bytes are a ZIP archive.
-pub(crate) fn is_zip(bytes: &[u8]) -> bool {
+fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
 /// Reads the whole file.
-pub(crate) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
+fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     let Source { bytes, limits, .. } = source;
     let package = Package::open(bytes)?;
     let allowed = ALWAYS_ALLOWED.max((bytes.len() as u64).saturating_mul(MOST_PACKED));
@@ -59,7 +84,7 @@ pub(crate) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     let parts = model::read(&package, entry, &mut budget, limits, &mut findings)?;
     package.note(&mut findings.attributes);
     if signed {
-        findings.notes.note("the digital signature no longer holds once positions change");
+        findings.notes.note("The digital signature no longer holds once positions change.");
     }
     let scene = scene::read(&parts).map_err(|trouble| located(&package, &parts, trouble))?;
     Ok(assemble(parts, scene, findings))
@@ -93,18 +118,11 @@ fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
         }
         layout.parts.push(place);
     }
-    notes.extend(stays(scene.hidden, "that the build does not show"));
-    notes.extend(stays(scene.supports, "for support"));
-    notes.extend(stays(unusable, "that the build flattens or puts out of all bounds"));
-    Parsed {
-        format: Format::ThreeMf,
-        soup,
-        attributes: attributes.into_names(),
-        layout: document::Layout::ThreeMf(layout),
-        repeated_triangles: repeated,
-        notes,
-        ..Parsed::default()
-    }
+    let objects = |count, which| stays(count, ["object", "objects"], which);
+    notes.extend(objects(scene.hidden, "that the build does not show"));
+    notes.extend(objects(scene.supports, "for support"));
+    notes.extend(objects(unusable, "that the build flattens or puts out of all bounds"));
+    Parsed { repeated_triangles: repeated, notes, ..Parsed::new(Format::ThreeMf, soup, attributes, layout) }
 }
 
 /// Appends a mesh where it is shown and returns how many triangles it has; `None` if it cannot be shown.
@@ -117,8 +135,7 @@ fn append(soup: &mut Soup, place: &mut PartLayout, part: &Part, mesh: &Placed) -
     let start = soup.points.len();
     let first = u32::try_from(start).ok()?;
     soup.points.extend(points.iter().map(|point| placement.world(point)));
-    let finite = soup.points.iter().skip(start).all(|point| point.iter().all(|c| c.is_finite()));
-    if !finite {
+    if !soup.points.iter().skip(start).all(is_finite) {
         soup.points.truncate(start);
         return None;
     }
@@ -126,12 +143,4 @@ fn append(soup: &mut Soup, place: &mut PartLayout, part: &Part, mesh: &Placed) -
     place.slots.extend_from_slice(slots);
     place.blocks.push((points.len(), placement));
     Some(triangles.len())
-}
-
-fn stays(count: usize, which: &str) -> Option<String> {
-    match count {
-        0 => None,
-        1 => Some(format!("1 object {which} stays as it is")),
-        _ => Some(format!("{count} objects {which} stay as they are")),
-    }
 }

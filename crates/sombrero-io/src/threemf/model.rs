@@ -222,7 +222,7 @@ impl<'x> Reader<'_, '_, '_, 'x> {
         let namespace = self.xml.namespace(prefix);
         if !HARMLESS.contains(&namespace) {
             let name = end_of(if namespace.is_empty() { prefix } else { namespace });
-            let note = format!("the model requires the extension `{name}`, which is kept as it is");
+            let note = format!("The model requires the extension `{name}`, which is kept as it is.");
             self.findings.notes.note(&note);
         }
     }

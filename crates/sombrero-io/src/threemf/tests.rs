@@ -278,9 +278,9 @@ fn what_is_not_shown_stays() {
     assert_eq!(
         document.notes(),
         [
-            "2 objects that the build does not show stay as they are",
-            "1 object for support stays as it is",
-            "1 object that the build flattens or puts out of all bounds stays as it is"
+            "2 objects that the build does not show stay as they are.",
+            "1 object for support stays as it is.",
+            "1 object that the build flattens or puts out of all bounds stays as it is."
         ]
     );
     let expected = text.replacen("1.50", "3.00", 1);
@@ -315,7 +315,7 @@ fn parts_that_the_production_extension_names_are_read() {
     let archive = production();
     let document = read(&archive, "3mf");
     assert_eq!(document.triangles(), [[0, 1, 2], [3, 4, 5], [3, 4, 5]]);
-    assert_eq!(document.notes(), ["1 object that the build does not show stays as it is"]);
+    assert_eq!(document.notes(), ["1 object that the build does not show stays as it is."]);
     let mut points = document.points().to_vec();
     points[4].x = 9.5;
     let bytes = document.with_points(&points).unwrap();
@@ -576,7 +576,7 @@ fn encryption_is_refused_by_name() {
                   requiredextensions=\"p sc\" unit";
     // Files that require it without encrypting anything can be read.
     let note =
-        "the model requires the extension `…dmanufacturing/securecontent/2019/04`, which is kept as it is";
+        "The model requires the extension `…dmanufacturing/securecontent/2019/04`, which is kept as it is.";
     assert_eq!(open(&simple().replace("unit", secure)).notes(), [note]);
     let rels = RELS.replace("2006/relationships/metadata/thumbnail", "2019/04/keystore");
     let archive = zip(&[("_rels/.rels", rels.as_bytes()), (MODEL, simple().as_bytes())]);
@@ -592,7 +592,7 @@ fn encryption_is_refused_by_name() {
 #[test]
 fn what_is_required_but_unknown_is_noted() {
     let text = simple().replace("unit", "xmlns:v=\"http://v\" requiredextensions=\"p v\" unit");
-    let note = "the model requires the extension `http://v`, which is kept as it is";
+    let note = "The model requires the extension `http://v`, which is kept as it is.";
     assert_eq!(open(&text).notes(), [note]);
 }
 
@@ -600,7 +600,10 @@ fn what_is_required_but_unknown_is_noted() {
 fn a_signature_is_noted() {
     let rels = RELS.replace("relationships/metadata/thumbnail", "relationships/digital-signature/origin");
     let archive = zip(&[("_rels/.rels", rels.as_bytes()), (MODEL, simple().as_bytes())]);
-    assert_eq!(read(archive, "3mf").notes(), ["the digital signature no longer holds once positions change"]);
+    assert_eq!(
+        read(archive, "3mf").notes(),
+        ["The digital signature no longer holds once positions change."]
+    );
 }
 
 #[test]

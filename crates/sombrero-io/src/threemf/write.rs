@@ -3,17 +3,20 @@
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
-use super::archive::{Archive, Budget, build};
+use super::archive::{Archive, Budget};
+use super::build::build;
 use super::xml;
+use crate::coordinate::is_finite;
 use crate::error::{ParseError, WriteError};
 use crate::format::Format;
+use crate::parsed::{self, Original, Rewrite, Rewritten};
 use crate::placement::Placement;
 use crate::splice::Splice;
 use crate::text;
 
 /// Where the positions stand.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Layout {
+#[derive(Debug, Default)]
+pub(super) struct Layout {
     pub(super) parts: Vec<PartLayout>,
 }
 
@@ -28,22 +31,25 @@ pub(super) struct PartLayout {
     pub(super) blocks: Vec<(usize, Placement)>,
 }
 
-impl Layout {
+impl parsed::Layout for Layout {
     /// The file with new positions.
     ///
     /// Texts were not kept, so those that change are unpacked again.
-    pub(crate) fn rewrite(
+    fn rewrite(
         &self,
-        source: &[u8],
-        old: &[Point3<f64>],
-        new: &[Point3<f64>],
-    ) -> Result<Vec<u8>, WriteError> {
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+        _: &Rewrite,
+    ) -> Result<Rewritten, WriteError> {
+        let (source, all) = (original.bytes, &original.soup.points);
         let mut archive = None;
         let (mut packed, mut start) = (Vec::new(), 0);
         for part in &self.parts {
             let range = start..start + part.slots.len();
             start = range.end;
-            let (Some(old), Some(new)) = (old.get(range.clone()), new.get(range.clone())) else { continue };
+            let (Some(old), Some(new)) = (all.get(range.clone()), points.get(range.clone())) else {
+                continue;
+            };
             if old.iter().zip(new).all(|(old, new)| text::same(old, new)) {
                 continue;
             }
@@ -56,8 +62,8 @@ impl Layout {
             packed.push(archive.pack(part.entry, &part.rewrite(&bytes, range.start, old, new)?));
         }
         match archive {
-            Some(archive) => archive.replace(packed),
-            None => Ok(source.to_vec()),
+            Some(archive) => Ok(archive.replace(packed)?.into()),
+            None => Ok(source.to_vec().into()),
         }
     }
 }
@@ -82,8 +88,7 @@ impl PartLayout {
         for (i, ((&slot, placement), (old, new))) in vertices {
             if !text::same(old, new) {
                 let stored = placement.stored(new);
-                let finite = |p: &Point3<f64>| p.iter().all(|c| c.is_finite());
-                if !finite(&stored) || !finite(&placement.world(&stored)) {
+                if !is_finite(&stored) || !is_finite(&placement.world(&stored)) {
                     return Err(WriteError::NonFinite { vertex: first + i });
                 }
                 // What an axis would get for a vertex that stays is no reason to spell it anew.
@@ -169,7 +174,7 @@ const FOOT: &str = r#"        </triangles>
 "#;
 
 /// A new file with one object. The same mesh always gives the same bytes.
-pub(crate) fn encode(soup: &Soup) -> Result<Vec<u8>, WriteError> {
+pub(super) fn encode(soup: &Soup) -> Result<Vec<u8>, WriteError> {
     let parts = [
         ("[Content_Types].xml", TYPES.into()),
         ("_rels/.rels", RELATIONSHIPS.into()),

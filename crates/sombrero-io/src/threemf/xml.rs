@@ -16,7 +16,7 @@ use crate::text;
 /// The namespace of the core specification.
 pub(super) const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
 
-/// The same, and that of its first edition.
+/// The namespaces of the core specification: this one, and that of its first edition.
 const CORES: [&str; 2] = [CORE, "http://schemas.microsoft.com/3dmanufacturing/2013/01"];
 
 /// Most namespaces that may be declared at one place. Files have fewer than twenty, and each tag looks through
@@ -222,7 +222,7 @@ impl<'a> Xml<'a> {
         quick_xml::escape::unescape(raw).map_err(|error| self.malformed(tag.at, error.to_string()))
     }
 
-    /// Like [`value`](Self::value), for an attribute that may be missing.
+    /// The [`value`](Self::value) of an attribute that may be missing.
     pub(super) fn maybe(
         &self,
         tag: Tag<'a>,

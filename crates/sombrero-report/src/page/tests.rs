@@ -35,7 +35,7 @@ fn detected(suspect: &Document, original: &Document, key: Key) -> Case {
     let detector = Detector::new(original, key).unwrap();
     let detection = detector.detect(&detector.suspect(suspect), &settings).unwrap();
     let (key, original) = (detector.key().clone(), detector.model().clone());
-    Case { detection, key, original, suspect: suspect.soup(), evidence }
+    Case { detection, key, original, suspect: suspect.soup().clone(), evidence }
 }
 
 fn original() -> Document {

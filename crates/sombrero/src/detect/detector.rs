@@ -45,8 +45,8 @@ impl Detector {
         key.check_watermark(&digest)?;
         let (file, Parameters { basis, epsilon }) = (original.soup(), &key.parameters);
         let original = match stored {
-            Some(PreparedBasis(stored)) => Original::with_basis(&file, stored, *epsilon)?,
-            None => Original::new(&file, basis, *epsilon)?,
+            Some(PreparedBasis(stored)) => Original::with_basis(file, stored, *epsilon)?,
+            None => Original::new(file, basis, *epsilon)?,
         };
         key.check_basis(original.basis_digest())?;
         Ok(Self { original: Arc::new(original), key })
@@ -86,7 +86,7 @@ impl Detector {
 
     /// A file as a suspect of this original.
     pub fn suspect(&self, file: &Document) -> Suspect {
-        self.original.suspect(&file.soup())
+        self.original.suspect(file.soup())
     }
 
     /// Looks for the mark in `suspect` in several ways, as far as options and suspect permit, and the best counts. Its

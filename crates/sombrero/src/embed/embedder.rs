@@ -51,7 +51,7 @@ impl<'a> Embedder<'a> {
         if wanted.coefficients < 4 {
             return Err(EmbedError::Coefficients { coefficients: wanted.coefficients });
         }
-        let model = seconds.time("weld", || Model::new(&original.soup()));
+        let model = seconds.time("weld", || Model::new(original.soup()));
         if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
             return Err(EmbedError::NoFaces);
         }
@@ -122,7 +122,7 @@ impl<'a> Embedder<'a> {
         let mut seconds = Stages::default();
         let Self { original, model, basis, .. } = self;
         let key = self.key(identity, secret);
-        let (Rewritten { bytes, companions }, moved) = seconds.time("insert", || {
+        let (Rewritten { bytes, companions, .. }, moved) = seconds.time("insert", || {
             let points = insert(&model.soup().points, basis, &key.watermark, key.parameters.epsilon);
             let rewritten = original.rewrite(&model.stored_from_points(&points), rewrite)?;
             Ok::<_, WriteError>((rewritten, points))

@@ -46,7 +46,7 @@ impl Tracer {
                 Some(place) => place,
                 None => {
                     let parameters @ Parameters { basis, epsilon } = key.parameters;
-                    let original = Original::new(&original.soup(), &basis, epsilon)?;
+                    let original = Original::new(original.soup(), &basis, epsilon)?;
                     groups.push(Group { parameters, original, keys: Vec::new() });
                     groups.len() - 1
                 }
@@ -89,7 +89,7 @@ impl Tracer {
         let mut alone: Vec<(usize, Score)> = Vec::new();
         let mut best = LogProbability::ONE;
         for group in &self.groups {
-            let suspect = group.original.suspect(&suspect.soup());
+            let suspect = group.original.suspect(suspect.soup());
             options.check(&suspect)?;
             let watermarks = group.keys.iter().map(|&i| self.keys[i].watermark.as_slice()).collect();
             let SearchOutcome { examiner, counted, seconds, warnings, .. } =

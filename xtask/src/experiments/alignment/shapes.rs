@@ -15,7 +15,7 @@ pub(super) fn subjects(folder: &Path) -> Vec<Make<'_>> {
         let make = move || {
             let document =
                 Document::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
-            Ok(sombrero::Model::new(&document.soup()).soup().clone())
+            Ok(sombrero::Model::new(document.soup()).soup().clone())
         };
         (name, false, Box::new(make))
     };

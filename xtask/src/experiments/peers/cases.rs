@@ -32,7 +32,7 @@ pub(crate) fn write(folder: &Path, models: &Path) -> anyhow::Result<()> {
     }
     eprintln!("making the cases");
     std::fs::create_dir_all(folder)?;
-    let bunny = sombrero::Model::new(&read(models, "bunny.ply")?.soup());
+    let bunny = sombrero::Model::new(read(models, "bunny.ply")?.soup());
     let bunny = compact(bunny.soup());
     let big = attacked(&bunny, "subdivide:scheme=loop,iterations=2 noise:amplitude=0.00002", 3)?;
     for (model, soup) in [("bunny", &bunny), ("big", &big)] {

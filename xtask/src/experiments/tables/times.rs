@@ -37,7 +37,7 @@ pub(crate) struct Times {
 
 pub(crate) fn measure(folder: &Path, model: &Model) -> anyhow::Result<Times> {
     let document = Document::read(&folder.join(model.file))?;
-    let surface = sombrero::Model::new(&document.soup());
+    let surface = sombrero::Model::new(document.soup());
     let made = surface.repaired();
     let Soup { points, triangles } = surface.soup();
     let mut seconds = Vec::new();

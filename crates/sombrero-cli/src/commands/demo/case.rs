@@ -74,7 +74,8 @@ impl Case {
 
     /// The copy after each attack of the battery, and the original with noise.
     pub(super) fn tried(&self, seed: u64, count: &(impl Fn() + Sync)) -> Result<Vec<Tried>, Failure> {
-        let copy = Document::parse(self.marked.bytes.clone(), None).map_err(|e| self.failed(&e))?.soup();
+        let copy =
+            Document::parse(self.marked.bytes.clone(), None).map_err(|e| self.failed(&e))?.soup().clone();
         let attacked = BATTERY.par_iter().map(|(name, spec)| {
             let attacks: Result<Vec<Attack>, _> = spec.split(' ').map(str::parse).collect();
             let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -25,12 +25,13 @@ pub(super) fn strip(case: &Case, tried: &[Tried]) -> Image {
     };
     let shaded = |soup: &Soup| render(&soup.points, &soup.triangles, &options);
     let of = |name: &str| tried.iter().find(|t| t.name == name).map(|t| t.document.soup());
-    let marked = of("none").unwrap_or_default();
+    let nothing = Soup::default();
+    let marked = of("none").unwrap_or(&nothing);
     let moved = soup.points.iter().zip(&marked.points).map(|(p, q)| (q - p).norm()).collect();
     let heat = RenderOptions { heat_map: Some(HeatMap::new(moved)), ..options.clone() };
-    let mut pictures = vec![shaded(&soup), shaded(&marked), render(&marked.points, &marked.triangles, &heat)];
+    let mut pictures = vec![shaded(soup), shaded(marked), render(&marked.points, &marked.triangles, &heat)];
     let attacked = ["noise 0.7 %", "smoothing", "crop, right third"];
-    pictures.extend(attacked.iter().filter_map(|name| of(name)).map(|soup| shaded(&soup)));
+    pictures.extend(attacked.iter().filter_map(|name| of(name)).map(shaded));
     Image::beside(&pictures, GAP, BACKGROUND)
 }
 

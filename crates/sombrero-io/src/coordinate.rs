@@ -1,0 +1,35 @@
+//! Coordinates that can be stored.
+
+use nalgebra::Point3;
+
+use crate::error::WriteError;
+
+/// The 32-bit float nearest to a coordinate of a vertex, unless it is beyond all of them.
+pub(crate) fn narrow(vertex: usize, value: f64) -> Result<f32, WriteError> {
+    let narrow = value as f32;
+    if narrow.is_finite() { Ok(narrow) } else { Err(WriteError::Overflow { vertex, value }) }
+}
+
+/// Refuses points that are infinite or not a number.
+pub(crate) fn check_finite(points: &[Point3<f64>]) -> Result<(), WriteError> {
+    match points.iter().position(|p| !is_finite(p)) {
+        Some(vertex) => Err(WriteError::NonFinite { vertex }),
+        None => Ok(()),
+    }
+}
+
+/// Whether all three coordinates are finite.
+pub(crate) fn is_finite(point: &Point3<f64>) -> bool {
+    point.iter().all(|c| c.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_rounds_to_the_largest_float_fits() {
+        assert_eq!(narrow(7, f64::from(f32::MAX)).unwrap(), f32::MAX);
+        assert!(matches!(narrow(7, -1e39), Err(WriteError::Overflow { vertex: 7, value: -1e39 })));
+    }
+}
