@@ -128,13 +128,27 @@ impl Document {
 
     /// All that was read: the file, then all [`companions`](Self::companions).
     ///
-    /// This is what a key is made from: of one file the same as [`bytes`](Self::bytes).
+    /// This is what a key is made from: of one file the same as [`bytes`](Self::bytes). It does not tell where one
+    /// file ends and the next begins, as [`parts`](Self::parts) does.
     pub fn content(&self) -> Cow<'_, [u8]> {
         if self.parsed.companions.is_empty() {
             return Cow::Borrowed(&self.bytes);
         }
         let parts = std::iter::once(&self.bytes).chain(self.parsed.companions.iter().map(|c| &c.bytes));
         Cow::Owned(parts.flatten().copied().collect())
+    }
+
+    /// Every file of the original that holds geometry, as name and content: the document's own file first, under the
+    /// empty name, because what it is called says nothing about the model; then each companion under the name by
+    /// which the document refers to it, in the order of the document's list of buffers.
+    ///
+    /// A digest of the original has to bind every name and every length. Where one file ends and the next begins
+    /// decides what the geometry is: two buffers of which the second begins a few bytes later hold other
+    /// coordinates, although all their bytes one after the other are the same.
+    pub fn parts(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        let companions = self.parsed.companions.iter().filter(|companion| companion.holds_geometry);
+        let companions = companions.map(|companion| (companion.name.as_str(), companion.bytes.as_slice()));
+        std::iter::once(("", self.bytes.as_slice())).chain(companions)
     }
 
     /// Vertex positions in the file's order. STL stores no vertices but three corners for each facet.

@@ -324,6 +324,12 @@ pub enum WriteError {
         /// The output.
         path: PathBuf,
     },
+    /// The output has a name that Windows keeps for devices, or that it cannot keep as it is.
+    #[error("{}: Windows cannot have a file of this name; choose another name", path.display())]
+    Reserved {
+        /// The output.
+        path: PathBuf,
+    },
     /// The output is a directory, a device, a pipe or a socket.
     #[error("{}: not a regular file, so it cannot be replaced; choose another name", path.display())]
     NotAFile {

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use tempfile::NamedTempFile;
 
@@ -14,14 +14,14 @@ pub enum Overwrite {
     /// An existing output is an error.
     #[default]
     Refuse,
-    /// An existing regular file is replaced.
+    /// An existing regular file is replaced; of a link the link itself, never what it leads to.
     Allow,
 }
 
 /// Who may read an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Access {
-    /// Whoever the system's settings allow, or those who could read the file that is replaced.
+    /// Those whom the system's settings allow, or who could read the file that is replaced.
     #[default]
     Usual,
     /// The owner alone: for keys.
@@ -41,8 +41,9 @@ pub struct Output<'a> {
 
 /// Writes `bytes` to a temporary file beside `path`, then gives it that name.
 ///
-/// Nobody ever sees a half-written file under `path`: on any failure what was there before is still there, and
-/// the temporary file is gone. The rename is atomic, but nothing is flushed to the disk.
+/// There is never a half-written file under `path`: on any failure what was there before is still there, and
+/// the temporary file is gone. The rename is atomic, but nothing is flushed to the disk. A link at `path` is
+/// replaced as such: whoever laid it there cannot choose another file to be overwritten.
 ///
 /// # Errors
 ///
@@ -52,8 +53,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Resu
     write_together(&[Output { path, bytes, access: Access::Usual }], overwrite)
 }
 
-/// Like [`write_atomically`] for several files that belong together: all are written before the first gets its
-/// name, so that a full disk or a missing folder leaves none of them.
+/// Writes several files that belong together, each as [`write_atomically`] does: all are written before the first
+/// gets its name, so that a full disk or a missing folder leaves none of them.
 ///
 /// # Errors
 ///
@@ -64,7 +65,7 @@ pub fn write_together(outputs: &[Output<'_>], overwrite: Overwrite) -> Result<()
         outputs.iter().map(|output| Staged::new(output, overwrite)).collect::<Result<Vec<_>, _>>()?;
     let mut named = Vec::new();
     for file in staged {
-        let (path, is_new) = (file.target.clone(), !file.target.exists());
+        let (path, is_new) = (file.path, fs::symlink_metadata(file.path).is_err());
         if let Err(error) = file.name(overwrite) {
             for path in &named {
                 // Nothing more can be done when even this fails; the first error tells more.
@@ -83,36 +84,35 @@ pub fn write_together(outputs: &[Output<'_>], overwrite: Overwrite) -> Result<()
 struct Staged<'a> {
     file: NamedTempFile,
     path: &'a Path,
-    target: PathBuf,
 }
 
 impl<'a> Staged<'a> {
     fn new(output: &Output<'a>, overwrite: Overwrite) -> Result<Self, WriteError> {
         let path = output.path;
         let failed = |source| WriteError::Io { path: path.to_owned(), source };
-        let target = target(path, overwrite)?;
-        let folder = match target.parent() {
+        let replaced = replaced(path, overwrite)?;
+        let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
         // The temporary file's own name would only confuse; what went wrong with its folder is enough.
         let made = temporary(folder, output.access).map_err(|e| io::Error::from(e.kind()));
         let mut file = made.map_err(failed)?;
-        if let Ok(replaced) = fs::metadata(&target)
+        if let Some(replaced) = replaced
             && output.access == Access::Usual
         {
             // What was private stays private.
             file.as_file().set_permissions(replaced.permissions()).map_err(failed)?;
         }
         file.write_all(output.bytes).map_err(failed)?;
-        Ok(Self { file, path, target })
+        Ok(Self { file, path })
     }
 
     fn name(self, overwrite: Overwrite) -> Result<(), WriteError> {
-        let Self { file, path, target } = self;
+        let Self { file, path } = self;
         match overwrite {
-            Overwrite::Refuse => file.persist_noclobber(&target),
-            Overwrite::Allow => file.persist(&target),
+            Overwrite::Refuse => file.persist_noclobber(path),
+            Overwrite::Allow => file.persist(path),
         }
         .map(drop)
         .map_err(|e| match e.error.kind() {
@@ -122,21 +122,58 @@ impl<'a> Staged<'a> {
     }
 }
 
-/// The file to be named: `path`, or what it links to when that may be replaced.
-fn target(path: &Path, overwrite: Overwrite) -> Result<PathBuf, WriteError> {
-    let failed = |source| WriteError::Io { path: path.to_owned(), source };
-    if fs::symlink_metadata(path).is_err() {
-        // Not there, or not to be seen: then making the temporary file fails as well, and says why.
-        return Ok(path.to_owned());
+/// The regular file that `path` names and that is replaced; `None` for a new file and in the place of a link.
+///
+/// A link to a device or a folder is refused as these are: `/dev/stdout` is such a link.
+fn replaced(path: &Path, overwrite: Overwrite) -> Result<Option<fs::Metadata>, WriteError> {
+    if cfg!(windows) {
+        check_file_name(path)?;
     }
+    let Ok(found) = fs::symlink_metadata(path) else {
+        // Not there, or not to be seen: then making the temporary file fails as well, and says why.
+        return Ok(None);
+    };
     if overwrite == Overwrite::Refuse {
         return Err(WriteError::Exists { path: path.to_owned() });
     }
-    let target = fs::canonicalize(path).map_err(failed)?;
-    if !fs::metadata(&target).map_err(failed)?.is_file() {
+    let is_link = found.is_symlink();
+    // A link that leads nowhere is nothing to lose.
+    let is_other =
+        if is_link { fs::metadata(path).is_ok_and(|end| !end.is_file()) } else { !found.is_file() };
+    if is_other {
         return Err(WriteError::NotAFile { path: path.to_owned() });
     }
-    Ok(target)
+    Ok((!is_link).then_some(found))
+}
+
+/// Refuses names of files that Windows takes for devices (`CON`, `nul.obj`, `COM1.tar.gz`, in any case) or cannot
+/// keep as they are (with a dot or a space at the end), so that a file that is written here can be copied there.
+///
+/// Only the last part of `path` counts. On Windows all outputs are checked so; elsewhere whoever makes names from
+/// foreign text does it.
+///
+/// # Errors
+///
+/// [`WriteError::Reserved`].
+pub fn check_file_name(path: &Path) -> Result<(), WriteError> {
+    let Some(name) = path.file_name() else { return Ok(()) };
+    let name = name.to_string_lossy();
+    if is_device(&name) || name.ends_with(['.', ' ']) {
+        return Err(WriteError::Reserved { path: path.to_owned() });
+    }
+    Ok(())
+}
+
+/// Whether a name means a device: a device's name up to the first dot or colon, spaces behind it not counted
+/// (Microsoft, "Naming Files, Paths, and Namespaces").
+fn is_device(name: &str) -> bool {
+    const DEVICES: [&str; 6] = ["CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"];
+    let stem = name.split(['.', ':']).next().unwrap_or_default().trim_end_matches(' ').to_uppercase();
+    let numbered = ["COM", "LPT"].iter().filter_map(|port| stem.strip_prefix(port)).any(|number| {
+        let mut digits = number.chars();
+        matches!((digits.next(), digits.next()), (Some('1'..='9' | '¹' | '²' | '³'), None))
+    });
+    numbered || DEVICES.contains(&stem.as_str())
 }
 
 /// A temporary file with the permissions that the output shall have; on its own it would be the owner's alone.
@@ -221,14 +258,65 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link_and_its_target_is_replaced() {
+    fn a_link_is_replaced_and_never_what_it_leads_to() {
+        use std::os::unix::fs::symlink;
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
         fs::write(&file, "old").unwrap();
-        std::os::unix::fs::symlink(&file, &link).unwrap();
+        symlink(&file, &link).unwrap();
+        assert!(matches!(write_atomically(&link, b"new", Overwrite::Refuse), Err(WriteError::Exists { .. })));
+        assert_eq!(fs::read(&file).unwrap(), b"old");
         write_atomically(&link, b"new", Overwrite::Allow).unwrap();
-        assert_eq!(fs::read(&file).unwrap(), b"new");
-        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"old");
+        assert!(fs::symlink_metadata(&link).unwrap().is_file());
+        assert_eq!(fs::read(&link).unwrap(), b"new");
+        let lost = folder.path().join("lost");
+        symlink(folder.path().join("nowhere"), &lost).unwrap();
+        write_atomically(&lost, b"new", Overwrite::Allow).unwrap();
+        assert!(!folder.path().join("nowhere").exists());
+        assert_eq!(fs::read(&lost).unwrap(), b"new");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_device_or_a_folder_is_never_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, target) in [("device", Path::new("/dev/null")), ("folder", folder.path())] {
+            let link = folder.path().join(name);
+            std::os::unix::fs::symlink(target, &link).unwrap();
+            let refused = write_atomically(&link, b"x", Overwrite::Allow);
+            assert!(matches!(refused, Err(WriteError::NotAFile { .. })), "{name}");
+            assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        }
+    }
+
+    #[test]
+    fn names_that_windows_keeps_for_itself_are_refused() {
+        for name in [
+            "CON",
+            "con",
+            "Nul.obj",
+            "aux.tar.gz",
+            "PRN ",
+            "prn .ply",
+            "COM1",
+            "com9.key",
+            "LPT3.x",
+            "COM².ply",
+            "CONIN$",
+            "NUL:",
+            "model.",
+            "model.obj ",
+            "COM1..",
+        ] {
+            let refused = check_file_name(&Path::new("some folder").join(name));
+            assert!(matches!(refused, Err(WriteError::Reserved { .. })), "{name}");
+        }
+        for name in
+            ["CONSOLE", "com0", "COM10.ply", "COMA", "LPT", "nulls.obj", "a.con", ".obj", "my aux.obj"]
+        {
+            assert!(check_file_name(Path::new(name)).is_ok(), "{name}");
+        }
     }
 
     #[cfg(unix)]

@@ -86,6 +86,8 @@ pub struct Companion {
     pub name: String,
     /// Its content.
     pub bytes: Vec<u8>,
+    /// Whether positions, normals or indices of meshes that are shown stand in it.
+    pub holds_geometry: bool,
 }
 
 /// How a document with other positions is written.

@@ -118,7 +118,7 @@ impl<'a> Buffers<'a> {
                 .buffers
                 .get(index as usize)
                 .ok_or_else(|| malformed("buffer", index as usize, "there is no such buffer"))?;
-            let origin = loader.origin(index, buffer)?;
+            let origin = loader.origin(index, buffer, true)?;
             let available = origin.bytes(source.bytes, &loader.companions).len() as u64;
             if available < buffer.byte_length {
                 return Err(ParseError::Overclaimed {
@@ -134,7 +134,8 @@ impl<'a> Buffers<'a> {
         // Files without geometry (animations, say) are taken along, so that a copy in another folder is whole; one
         // that cannot be read is nobody's loss here.
         for (index, buffer) in (0..).zip(&root.buffers).filter(|(index, _)| !needed.contains(index)) {
-            if let Some(Ok(origin @ Origin::Beside { .. })) = buffer.uri.map(|_| loader.origin(index, buffer))
+            if let Some(Ok(origin @ Origin::Beside { .. })) =
+                buffer.uri.map(|_| loader.origin(index, buffer, false))
             {
                 origins.push(origin);
             }
@@ -169,7 +170,12 @@ struct Loader<'a, 'b> {
 }
 
 impl Loader<'_, '_> {
-    fn origin(&mut self, index: u32, buffer: &Buffer<'_>) -> Result<Origin, ParseError> {
+    fn origin(
+        &mut self,
+        index: u32,
+        buffer: &Buffer<'_>,
+        holds_geometry: bool,
+    ) -> Result<Origin, ParseError> {
         let Some(raw) = buffer.uri else {
             let bin = self.container.bin.clone().filter(|_| index == 0);
             let problem = "a buffer without `uri` must be the first one of a GLB that has a binary chunk";
@@ -186,7 +192,8 @@ impl Loader<'_, '_> {
         }
         let bytes = self.read(&uri)?;
         self.left = self.left.saturating_sub(bytes.len() as u64);
-        self.companions.push(Companion { name: decoded(&uri).unwrap_or_default(), bytes });
+        let name = decoded(&uri).unwrap_or_default();
+        self.companions.push(Companion { name, bytes, holds_geometry });
         Ok(Origin::Beside { span, companion: self.companions.len() - 1 })
     }
 

@@ -22,6 +22,11 @@ impl<'a> Patches<'a> {
         self.origins.get(store).map_or(&[], |origin| origin.bytes(self.source, self.companions))
     }
 
+    /// Whether a companion that was read holds geometry.
+    pub(super) fn holds_geometry(&self, companion: usize) -> bool {
+        self.companions.get(companion).is_some_and(|companion| companion.holds_geometry)
+    }
+
     /// A store as it will be.
     pub(super) fn new_bytes(&self, store: usize) -> &[u8] {
         self.changed(store).unwrap_or_else(|| self.old(store))

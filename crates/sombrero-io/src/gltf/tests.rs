@@ -739,6 +739,8 @@ fn buffers_beside_the_file_are_read_and_written() {
     let document = beside(folder.path(), &model, "sub%20dir/a.bin").unwrap();
     assert_eq!(document.content().len(), document.bytes().len() + model.bin.len());
     assert!(document.content().ends_with(&model.bin));
+    let files = [("", document.bytes()), ("sub dir/a.bin", &model.bin)];
+    assert_eq!(document.parts().collect::<Vec<_>>(), files);
     let (bytes, points) = moved(&document);
     let text = String::from_utf8(bytes.clone()).unwrap();
     assert!(text.contains("data:application/octet-stream;base64,"));
@@ -771,6 +773,8 @@ fn several_buffers_are_numbered() {
     let names: Vec<_> = written.companions.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["x-0.bin", "x-1.bin"]);
     assert_eq!(written.companions[1].bytes, [0, 1, 2, 2, 1, 3]);
+    let files = [("", document.bytes()), ("a.bin", &model.bin), ("b.bin", &[0, 1, 2, 2, 1, 3])];
+    assert_eq!(document.parts().collect::<Vec<_>>(), files);
     let twice = beside(folder.path(), &two_buffers("./a.bin"), "a.bin").unwrap_err();
     assert!(twice.to_string().contains("two buffers in one file"), "{twice}");
 }
@@ -1163,6 +1167,8 @@ fn buffers_without_geometry_come_along() {
     let path = folder.path().join("model.gltf");
     fs::write(&path, &text).unwrap();
     let document = Document::read(&path).unwrap();
+    let files = [("", document.bytes()), ("x.bin", &model.bin)];
+    assert_eq!(document.parts().collect::<Vec<_>>(), files);
     let how = Rewrite::default().with_stem("copy");
     let written = document.rewrite(document.points(), &how).unwrap();
     let names: Vec<&str> = written.companions.iter().map(|c| c.name.as_str()).collect();

@@ -91,7 +91,8 @@ impl Layout {
                             let number = if single { String::new() } else { format!("-{companion}") };
                             let name = format!("{stem}{number}.bin");
                             let text = quoted(&encoded(&name));
-                            companions.push(Companion { name, bytes: bytes.to_vec() });
+                            let holds_geometry = patches.holds_geometry(*companion);
+                            companions.push(Companion { name, bytes: bytes.to_vec(), holds_geometry });
                             text
                         }
                         None => data_uri(bytes),
