@@ -8,8 +8,7 @@ use nalgebra::{DMatrix, Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_basis::Basis;
 use sombrero_mesh::Soup;
-use sombrero_spatial::Surface;
-use std::collections::BTreeSet;
+use sombrero_spatial::{Rim, Surface};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use thiserror::Error;
 
@@ -20,8 +19,7 @@ pub struct Extractor {
     pub(crate) mark_matrix: MarkMatrix,
     /// The largest side of the bounding box.
     pub(crate) side: f64,
-    /// Edges with one face, smaller vertex first.
-    pub(crate) rims: BTreeSet<[u32; 2]>,
+    pub(crate) rim: Rim,
     /// The original's surface, as often as suspects were looked at side by side: each deforms one.
     surfaces: Mutex<Vec<Surface>>,
     /// Prepared when the first suspect asks for them.
@@ -112,7 +110,7 @@ impl Extractor {
         Ok(Self {
             mark_matrix: MarkMatrix::new(basis, epsilon),
             side,
-            rims: rims(&original.triangles),
+            rim: Rim::new(&original.triangles),
             original: original.clone(),
             surfaces: Mutex::default(),
             modes: OnceLock::new(),
@@ -169,14 +167,6 @@ pub(crate) fn check(
         Some(&vertex) => Err(EstimateError::Vertex { which, vertex: vertex as usize }),
         None => Ok(()),
     }
-}
-
-fn rims(triangles: &[[u32; 3]]) -> BTreeSet<[u32; 2]> {
-    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]);
-    let mut edges: Vec<[u32; 2]> = triangles.iter().flat_map(sides).collect();
-    edges.sort_unstable();
-    let single = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
-    single.map(|same| same[0]).collect()
 }
 
 impl Estimate {

@@ -17,7 +17,7 @@
 
 use crate::extractor::{Estimate, EstimateError, Extractor, check};
 use crate::nuisance::{Deformation, Fields, Nuisance};
-use crate::robust::{GAUSSIAN, TUKEY, biweight, median};
+use crate::robust::{MAD_TO_DEVIATION, TUKEY, biweight, median};
 use crate::system::{Observation, Solution, solve};
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::Soup;
@@ -41,6 +41,9 @@ const FAR: f64 = 6.0;
 const COMPATIBLE: f64 = 0.3;
 /// The least scale of residuals, in largest sides.
 const LEAST_SCALE: f64 = 1e-7;
+/// Weight of a corner up to which a closest point lies on the edge opposite to it: samples of the suspect lie anywhere,
+/// so this stands for rounding. Edges alone count: a corner of the rim on a face without such an edge does not.
+const ON_RIM: f64 = 1e-9;
 /// A vertex is present when the suspect is within [`FAR`] medians and this many largest sides.
 const PRESENT: f64 = 1e-4;
 
@@ -205,19 +208,13 @@ impl<'a> Fit<'a> {
     }
 
     fn pair(&self, points: &Points, i: usize, closest: &Closest) -> Pair {
-        let Extractor { original, rims, .. } = self.extractor;
+        let Extractor { original, rim, .. } = self.extractor;
         let corners = original.triangles[closest.face as usize];
         let weights = closest.barycentric;
         let direction = normal(&self.positions, corners);
         let start: Vector3<f64> =
             corners.iter().zip(weights).map(|(&v, w)| original.points[v as usize].coords * w).sum();
         let place = points.places[i];
-        let on_rim = || {
-            (0..3).any(|k| {
-                let [a, b] = [corners[k], corners[(k + 1) % 3]];
-                weights[(k + 2) % 3] < 1e-9 && rims.contains(&[a.min(b), a.max(b)])
-            })
-        };
         let agrees = points.normals[i].dot(&direction) > COMPATIBLE;
         Pair {
             observation: Observation {
@@ -228,7 +225,7 @@ impl<'a> Fit<'a> {
             },
             residual: direction.dot(&(place - closest.point)),
             distance: closest.distance(),
-            usable: agrees && (rims.is_empty() || !on_rim()),
+            usable: agrees && !rim.holds_edge(closest, ON_RIM),
         }
     }
 
@@ -238,7 +235,7 @@ impl<'a> Fit<'a> {
         let of_usable =
             |value: fn(&Pair) -> f64| median(pairs.iter().filter(|p| p.usable).map(value).collect());
         self.distance = of_usable(|p| p.distance);
-        let width = TUKEY * (GAUSSIAN * of_usable(|p| p.residual.abs())).max(least);
+        let width = TUKEY * (MAD_TO_DEVIATION * of_usable(|p| p.residual.abs())).max(least);
         let reach = (FAR * self.distance).max(least);
         let weight = |p: &Pair| {
             if p.usable && p.distance < reach { each * biweight(p.residual, width) } else { 0.0 }

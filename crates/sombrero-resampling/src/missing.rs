@@ -13,7 +13,7 @@
 
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::Soup;
-use sombrero_spatial::{Closest, Surface};
+use sombrero_spatial::{Closest, Rim, Surface};
 
 use crate::frame::Frame;
 use crate::projection::normal;
@@ -28,10 +28,11 @@ const MANY: f64 = 30.0;
 /// Share of the expected samples below which a neighbourhood counts as gone.
 const FEW: f64 = 0.1;
 
-/// A weight below which a barycentric coordinate counts as zero.
-const ON_EDGE: f64 = 1e-9;
+/// Weight of a corner up to which a closest point lies on the edge opposite to it. Fitted vertices end up on vertices and
+/// edges of the suspect to within the fit's tolerance: so near the rim they count as on it.
+const ON_RIM: f64 = 1e-9;
 
-/// What presence is judged by.
+/// What presence is told by.
 pub(crate) struct Evidence<'a> {
     pub(crate) frame: &'a Frame,
     /// Fitted positions.
@@ -50,19 +51,19 @@ pub(crate) struct Evidence<'a> {
 pub(crate) fn present(evidence: &Evidence<'_>) -> Vec<bool> {
     let Evidence { frame, points, suspect, distance, .. } = *evidence;
     let surface = Surface::new(&suspect.points, &suspect.triangles);
-    let rim = Rim::new(suspect);
+    let rim = Rim::new(&suspect.triangles);
     let queries: Vec<Point3<f64>> = points.iter().map(|p| Point3::from(*p)).collect();
     let normals = vertex_normals(frame, points);
     let supported = supported(evidence);
     let near = |v: usize, c: &Closest| {
-        let limit = if rim.holds(c) { distance.min(half_edge(frame, v)) } else { distance };
+        let limit = if rim.holds(c, ON_RIM) { distance.min(half_edge(frame, v)) } else { distance };
         let corners = suspect.triangles[c.face as usize].map(|i| suspect.points[i as usize].coords);
         c.distance() <= limit && normal(&corners).dot(&normals[v]) >= OPPOSITE
     };
-    let judge = |(v, closest): (usize, Option<Closest>)| {
+    let is_present = |(v, closest): (usize, Option<Closest>)| {
         frame.is_used(v) && supported[v] && closest.is_some_and(|c| near(v, &c))
     };
-    surface.closest_many(&queries).into_iter().enumerate().map(judge).collect()
+    surface.closest_many(&queries).into_iter().enumerate().map(is_present).collect()
 }
 
 /// Half the mean rest length of the springs at a vertex.
@@ -103,43 +104,4 @@ fn supported(evidence: &Evidence<'_>) -> Vec<bool> {
         .zip(expected)
         .map(|(found, expected)| expected < MANY || found >= FEW * expected)
         .collect()
-}
-
-/// The boundary of the suspect: edges of one face, and their ends.
-struct Rim {
-    /// `edges[f][i]`: whether the edge opposite corner i of face f is one.
-    edges: Vec<[bool; 3]>,
-    /// `corners[f][i]`: whether corner i of face f is on one.
-    corners: Vec<[bool; 3]>,
-}
-
-impl Rim {
-    fn new(suspect: &Soup) -> Self {
-        let edge = |f: usize, i: usize| {
-            let t = suspect.triangles[f];
-            let (a, b) = (t[(i + 1) % 3], t[(i + 2) % 3]);
-            ([a.min(b), a.max(b)], f, i)
-        };
-        let faces = suspect.triangles.len();
-        let mut all: Vec<_> = (0..faces).flat_map(|f| (0..3).map(move |i| edge(f, i))).collect();
-        all.sort_unstable();
-        let mut edges = vec![[false; 3]; faces];
-        let mut on_rim = vec![false; suspect.points.len()];
-        for alike in all.chunk_by(|x, y| x.0 == y.0) {
-            if let &[(ends, f, i)] = alike {
-                edges[f][i] = true;
-                ends.iter().for_each(|&v| on_rim[v as usize] = true);
-            }
-        }
-        let corners = suspect.triangles.iter().map(|t| t.map(|v| on_rim[v as usize])).collect();
-        Self { edges, corners }
-    }
-
-    fn holds(&self, closest: &Closest) -> bool {
-        let f = closest.face as usize;
-        let zero = |i: usize| closest.barycentric[i] <= ON_EDGE;
-        let on_edge = (0..3).any(|i| self.edges[f][i] && zero(i));
-        let at_corner = (0..3).any(|i| self.corners[f][i] && zero((i + 1) % 3) && zero((i + 2) % 3));
-        on_edge || at_corner
-    }
 }

@@ -21,10 +21,13 @@ use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
 use crate::limits::{corners, usable};
-use crate::sample::{RunningAreas, SurfaceSample, folded};
+use crate::sample::RunningAreas;
+use crate::spread::spread_with;
 use crate::surface::Surface;
 
-/// 1 / ρ and 1 / ρ² for the plastic number ρ.
+/// 1 / ρ and 1 / ρ² for the plastic number ρ. The second is one unit in the last place above that of
+/// [`spread_samples`](crate::spread_samples), and places are rounded otherwise: recorded distances stay what they are,
+/// to the bit.
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
 
 /// How [`compare`] samples.
@@ -97,13 +100,9 @@ impl Samples {
     fn new(soup: &Soup, options: &DistanceOptions) -> Self {
         let areas = RunningAreas::new(&soup.points, &soup.triangles);
         let area = areas.total();
-        let count = if area > 0.0 { options.samples } else { 0 };
-        let spread = (0..count).filter_map(|k| {
-            let place = (k as f64 + 0.5) / count as f64;
-            let [u, v] = STEPS.map(|step| (0.5 + k as f64 * step).fract());
-            let sample = SurfaceSample { face: areas.face_at(place * area), barycentric: folded(u, v) };
-            sample.point(&soup.points, &soup.triangles)
-        });
+        let place = |k: usize| (k as f64 + 0.5) / options.samples as f64 * area;
+        let samples = spread_with(&areas, options.samples, STEPS, place);
+        let spread = samples.iter().filter_map(|s| s.point(&soup.points, &soup.triangles));
         Self { vertices: vertices(soup), spread: spread.collect(), area }
     }
 

@@ -4,6 +4,7 @@ mod limits;
 mod morton;
 mod nearest;
 mod refit;
+mod rim;
 mod sample;
 mod search;
 mod spread;
@@ -12,9 +13,13 @@ mod tree;
 mod triangle;
 
 pub mod distance;
+pub mod robust;
 
 pub use distance::{DistanceOptions, Distances, OneSided, compare};
+/// The crate whose points stand in the signatures here.
+pub use nalgebra;
 pub use nearest::NearestVertex;
+pub use rim::Rim;
 pub use sample::{SurfaceSample, sample_surface};
 pub use spread::spread_samples;
 pub use surface::{Closest, Surface};

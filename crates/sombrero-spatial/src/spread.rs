@@ -11,8 +11,7 @@
 
 use nalgebra::Point3;
 
-use crate::limits::corners;
-use crate::sample::{SurfaceSample, folded};
+use crate::sample::{RunningAreas, SurfaceSample, folded};
 
 /// 1/p and 1/p².
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
@@ -21,19 +20,26 @@ const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 ///
 /// Faces with bad indices or corners are left out.
 pub fn spread_samples(points: &[Point3<f64>], triangles: &[[u32; 3]], count: usize) -> Vec<SurfaceSample> {
-    let area =
-        |&t: &[u32; 3]| corners(points, t).map_or(0.0, |[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0);
-    let share = triangles.iter().map(area).sum::<f64>() / count as f64;
-    let mut samples = Vec::with_capacity(count);
-    let mut passed = 0.0;
-    for (face, triangle) in (0..).zip(triangles) {
-        passed += area(triangle);
-        while samples.len() < count && (samples.len() as f64 + 0.5) * share < passed {
-            let [u, v] = STEPS.map(|step| (0.5 + samples.len() as f64 * step).fract());
-            samples.push(SurfaceSample { face, barycentric: folded(u, v) });
-        }
+    let areas = RunningAreas::new(points, triangles);
+    let share = areas.total() / count as f64;
+    spread_with(&areas, count, STEPS, |i| (i as f64 + 0.5) * share)
+}
+
+/// The samples with other `steps`, sample i on the face that covers the area `place(i)`.
+pub(crate) fn spread_with(
+    areas: &RunningAreas,
+    count: usize,
+    steps: [f64; 2],
+    place: impl Fn(usize) -> f64,
+) -> Vec<SurfaceSample> {
+    if areas.total() <= 0.0 {
+        return Vec::new();
     }
-    samples
+    let sample = |i: usize| {
+        let [u, v] = steps.map(|step| (0.5 + i as f64 * step).fract());
+        SurfaceSample { face: areas.face_at(place(i)), barycentric: folded(u, v) }
+    };
+    (0..count).map(sample).collect()
 }
 
 #[cfg(test)]
