@@ -1,37 +1,28 @@
 #![doc = include_str!("../README.md")]
 
-mod affine;
-mod affine_map;
-mod affine_step;
+mod align;
+mod candidate;
 mod error;
-mod icp;
-mod isotropic;
-mod judge;
-mod landmark;
-mod landmarks;
-mod lookup;
-mod matching;
-mod moments;
-mod motion;
-mod orientation;
-mod pairs;
+mod options;
 mod procrustes;
-mod ranking;
 mod reference;
+mod refinement;
 mod register;
-mod rotations;
-mod rough;
-mod sample;
+mod register_affine;
+mod result;
 mod search;
-mod shape;
-mod start;
-mod step;
+mod starts;
+mod surface;
 mod symmetry;
 mod verdict;
 
-pub use affine::{AffinePose, AffineRegistration, refine_affine, register_affine};
+pub use align::{align, refine_affine};
 pub use error::{RegistrationError, Side};
-pub use icp::{IcpOptions, align};
+/// The crate whose points, similarities and affine maps stand in the signatures here.
+pub use nalgebra;
+pub use options::{IcpOptions, RegisterOptions, Starts};
 pub use procrustes::similarity_of_pairs;
 pub use reference::Reference;
-pub use register::{Pose, RegisterOptions, Registration, Starts, register};
+pub use register::register;
+pub use register_affine::register_affine;
+pub use result::{Pose, Registration};

@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 use nalgebra::{Point3, Similarity3};
 
 use crate::error::{RegistrationError, Side};
-use crate::landmarks::Landmarks;
-use crate::lookup::Lookup;
-use crate::shape::Shape;
+use crate::starts::landmarks::Landmarks;
+use crate::surface::lookup::Lookup;
+use crate::surface::shape::Shape;
 use crate::symmetry;
 
 /// The unmarked original, prepared once for any number of suspects.
@@ -39,7 +39,7 @@ impl Reference {
         self.shape.diagonal
     }
 
-    /// How far points lie from the surface as they are, root mean square, in model units; infinite without points or
+    /// Root mean square distance of points from the surface, as they are, in model units; infinite without points or
     /// with one that is not finite.
     pub fn distance(&self, points: &[Point3<f64>]) -> f64 {
         let unit = |p: &Point3<f64>| Point3::from((p - self.shape.centre) / self.shape.diagonal);
@@ -50,37 +50,30 @@ impl Reference {
         mean.map_or(f64::INFINITY, |mean| mean.sqrt() * self.shape.diagonal)
     }
 
-    /// Whoever asks first makes them. Two who ask at once both do: one that waited for the other could be what
-    /// the other waits for, on a thread that both share.
+    /// The landmarks of the surface, made when they are first asked for.
     pub(crate) fn landmarks(&self) -> &Landmarks {
-        match self.landmarks.get() {
-            Some(landmarks) => landmarks,
-            None => {
-                let made = Landmarks::new(&self.shape);
-                self.landmarks.get_or_init(|| made)
-            }
-        }
+        made_once(&self.landmarks, || Landmarks::new(&self.shape))
     }
 
-    /// Likewise.
+    /// The table of nearest samples, made when it is first asked for.
     pub(crate) fn lookup(&self) -> &Lookup {
-        match self.lookup.get() {
-            Some(lookup) => lookup,
-            None => {
-                let made = Lookup::new(&self.shape);
-                self.lookup.get_or_init(|| made)
-            }
-        }
+        made_once(&self.lookup, || Lookup::new(&self.shape))
     }
 
-    /// Likewise.
+    /// The rotations that take the surface to itself, made when they are first asked for.
     pub(crate) fn symmetries(&self) -> &[Similarity3<f64>] {
-        match self.symmetries.get() {
-            Some(symmetries) => symmetries,
-            None => {
-                let made = symmetry::symmetries(&self.shape, self.lookup());
-                self.symmetries.get_or_init(|| made)
-            }
+        made_once::<Vec<_>>(&self.symmetries, || symmetry::symmetries(&self.shape, self.lookup()))
+    }
+}
+
+/// What `cell` holds, made by `make` where it is empty. Two callers at once both make it: one that waited for the other
+/// could be what the other waits for, on a thread that both share.
+fn made_once<T>(cell: &OnceLock<T>, make: impl FnOnce() -> T) -> &T {
+    match cell.get() {
+        Some(value) => value,
+        None => {
+            let made = make();
+            cell.get_or_init(|| made)
         }
     }
 }

@@ -1,9 +1,9 @@
-//! Registration without a hint: starts, a quick refinement of each, the fit as the judge.
+//! Registration without a hint: starts, a quick refinement of each, the fit as the measure.
 //!
 //! ```text
 //! poses by moments ─► ICP on few samples ─► fit both ways ─► good? ─► the best few: ICP on many ─► fit ─► verdict
 //!                                                              │ no
-//!            poses by landmarks that look alike (matching) ◄───┘
+//!            poses by landmarks that look alike (landmark matcher) ◄───┘
 //! ```
 //!
 //! Poses that end in the same place are one. Poses that fit the reference as well as the best, which
@@ -12,144 +12,24 @@
 
 use nalgebra::{Point3, Similarity3};
 
+use crate::candidate::{Candidate, answer};
 use crate::error::{RegistrationError, Side};
-use crate::icp::{IcpOptions, ROUGH_REACH};
-use crate::judge::Fit;
-use crate::matching::Matching;
-use crate::orientation::orientations;
+use crate::options::{RegisterOptions, Starts};
 use crate::reference::Reference;
-use crate::search::{Candidate, GOOD, REFINING, SYMMETRIES, Search};
-use crate::shape::{Shape, to_model, to_unit};
-use crate::start;
-use crate::verdict::is_trusted;
+use crate::refinement::icp::ROUGH_REACH;
+use crate::result::Registration;
+use crate::search::{GOOD, HYPOTHESIS_REACH, MATCHING, REFINING, SYMMETRIES, Search};
+use crate::starts::matcher::LandmarkMatcher;
+use crate::starts::orientation::orientations;
+use crate::starts::principal_axes;
+use crate::surface::frame::all_to_unit;
+use crate::surface::shape::Shape;
 use sombrero_progress::Progress;
 
 /// Poses by landmarks that are tried on the surfaces themselves.
 const HYPOTHESES: usize = 16;
 /// Poses by moments at most.
 const MOMENTS: usize = 24;
-/// What the matching of landmarks counts in [`Progress`], where a trial counts 1.
-pub(crate) const MATCHING: usize = 60;
-/// How far from its counterpart a sample may be in such a pose, in units of the diagonal.
-pub(crate) const HYPOTHESIS_REACH: f64 = 0.05;
-
-/// Where the search starts.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[non_exhaustive]
-pub enum Starts {
-    /// Moments of both surfaces first; then, if no pose fits, landmarks that look alike, which also finds the
-    /// place of a suspect that lost a part or to which something was added.
-    #[default]
-    Auto,
-    /// Moments only: fast, and enough for a suspect that is whole.
-    Moments,
-    /// These poses, which map suspect to reference in model units.
-    Given(Vec<Similarity3<f64>>),
-}
-
-/// How [`register`] searches.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RegisterOptions {
-    /// Where the search starts. Default [`Starts::Auto`].
-    pub starts: Starts,
-    /// How each start is refined.
-    pub icp: IcpOptions,
-    /// Alternatives kept at most, besides the best pose. Default 23: a cube
-    /// has so many.
-    pub max_alternatives: usize,
-}
-
-impl Default for RegisterOptions {
-    fn default() -> Self {
-        Self { starts: Starts::Auto, icp: IcpOptions::default(), max_alternatives: 23 }
-    }
-}
-
-/// A pose of the suspect and how well it fits.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pose {
-    /// Maps points of the suspect to the frame of the reference, in model units.
-    pub reference_from_suspect: Similarity3<f64>,
-    /// Root mean square distance between the suspect, where it has a counterpart, and the reference, in
-    /// model units of the reference. Where nothing has a counterpart, of the whole suspect.
-    pub rms: f64,
-    /// Share of the reference's area that has a counterpart in the suspect, 0 to 1.
-    pub overlap: f64,
-    /// Share of the suspect's area that has a counterpart in the reference, 0 to 1.
-    pub suspect_overlap: f64,
-    /// The fit both ways, from 0 (the same surface) to 1 (nothing in common).
-    pub score: f64,
-}
-
-impl Pose {
-    pub(crate) fn new(
-        reference: &Shape,
-        suspect: &Shape,
-        pose: &Similarity3<f64>,
-        fit: &Fit,
-    ) -> Result<Self, RegistrationError> {
-        let &Fit { score, rms, overlap, suspect_overlap, .. } = fit;
-        let reference_from_suspect =
-            to_model(reference, suspect, pose).ok_or(RegistrationError::SizeRatio)?;
-        Ok(Self { reference_from_suspect, rms: rms * reference.diagonal, overlap, suspect_overlap, score })
-    }
-}
-
-/// What [`register`] and [`align`](crate::align) found.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Registration {
-    /// Maps points of the suspect to the frame of the reference, in model units.
-    pub reference_from_suspect: Similarity3<f64>,
-    /// Root mean square distance between the suspect, where it has a counterpart, and the reference, in
-    /// model units of the reference. Where nothing has a counterpart, of the whole suspect.
-    pub rms: f64,
-    /// Share of the reference's area that has a counterpart in the suspect, 0 to 1.
-    pub overlap: f64,
-    /// Share of the suspect's area that has a counterpart in the reference, 0 to 1.
-    pub suspect_overlap: f64,
-    /// The fit both ways, from 0 (the same surface) to 1 (nothing in common). Above about 0.5 the suspect is
-    /// hardly the reference, or the pose is wrong.
-    pub score: f64,
-    /// Iterations of the winning pose, coarse and fine.
-    pub iterations: usize,
-    /// Share of the two surfaces that lie within half a percent of the reference's diagonal of each other, 0 to 1.
-    pub agreement: f64,
-    /// Of what has a counterpart (within 2 % of the diagonal), the share that is so close to it, 0 to 1.
-    pub sharpness: f64,
-    /// Whether the suspect shows the reference, as far as the surfaces tell: `agreement` is at least 0.4 and
-    /// `sharpness` at least 0.7. A pose that is not trusted is most likely wrong, or the suspect another shape.
-    pub trusted: bool,
-    /// Whether the last step was below the tolerance, rather than the last one allowed.
-    pub converged: bool,
-    /// Other poses that the fit cannot tell from the best, best first: those by which a symmetric original goes
-    /// onto itself, or by which a part of it fits in several places.
-    pub alternatives: Vec<Pose>,
-}
-
-impl Registration {
-    pub(crate) fn new(
-        best: Pose,
-        fit: &Fit,
-        iterations: usize,
-        converged: bool,
-        alternatives: Vec<Pose>,
-    ) -> Self {
-        let Pose { reference_from_suspect, rms, overlap, suspect_overlap, score } = best;
-        Self {
-            reference_from_suspect,
-            rms,
-            overlap,
-            suspect_overlap,
-            score,
-            iterations,
-            agreement: fit.agreement(),
-            sharpness: fit.sharpness(),
-            trusted: is_trusted(fit),
-            converged,
-            alternatives,
-        }
-    }
-}
 
 /// Brings the suspect onto the reference.
 ///
@@ -173,37 +53,24 @@ pub fn register(
     let search = Search::new(&reference.shape, &suspect, options, progress);
     let candidates = match &options.starts {
         Starts::Auto => search.concluded(auto(&search, reference)),
-        Starts::Moments => {
-            search.refined(search.tried(start::by_moments(&reference.shape, &suspect), ROUGH_REACH))
-        }
+        Starts::Moments => search.refined(by_moments(&search)),
         Starts::Given(starts) => {
-            search.refined(search.tried(given(&reference.shape, &suspect, starts)?, ROUGH_REACH))
+            search.refined(search.tried(all_to_unit(&reference.shape, &suspect, starts)?, ROUGH_REACH))
         }
     };
     let candidates = search.with_symmetries(candidates, reference.symmetries());
-    report(&search, &candidates, options.max_alternatives)
-}
-
-pub(crate) fn given(
-    reference: &Shape,
-    suspect: &Shape,
-    starts: &[Similarity3<f64>],
-) -> Result<Vec<Similarity3<f64>>, RegistrationError> {
-    if starts.is_empty() {
-        return Err(RegistrationError::NoStarts);
-    }
-    let unit = |(index, start)| to_unit(reference, suspect, start).ok_or(RegistrationError::Start { index });
-    starts.iter().enumerate().map(unit).collect()
+    answer(&reference.shape, &suspect, &candidates, options.max_alternatives)
 }
 
 fn auto(search: &Search, reference: &Reference) -> Vec<Candidate<Similarity3<f64>>> {
-    let mut candidates = search.tried(start::by_moments(search.reference, search.suspect), ROUGH_REACH);
+    let mut candidates = by_moments(search);
     for orientation in orientations(search.reference, search.suspect) {
         if candidates.first().is_some_and(|best| best.fit.score <= GOOD) {
             break;
         }
-        let matching = Matching::new(reference, search.suspect, *orientation);
-        let poses = matching.poses(HYPOTHESES);
+        let (landmarks, lookup) = (reference.landmarks(), reference.lookup());
+        let matcher = LandmarkMatcher::new(landmarks, lookup, search.suspect, *orientation);
+        let poses = matcher.poses(HYPOTHESES);
         search.progress.advance(MATCHING);
         candidates.extend(search.tried(poses, HYPOTHESIS_REACH));
         candidates = search.sorted(candidates);
@@ -211,17 +78,8 @@ fn auto(search: &Search, reference: &Reference) -> Vec<Candidate<Similarity3<f64
     candidates
 }
 
-fn report(
-    search: &Search,
-    candidates: &[Candidate<Similarity3<f64>>],
-    most: usize,
-) -> Result<Registration, RegistrationError> {
-    let poses = candidates.iter().map(|c| Pose::new(search.reference, search.suspect, &c.run.pose, &c.fit));
-    let mut poses = poses.take(most + 1).collect::<Result<Vec<_>, _>>()?.into_iter();
-    let (Some(best), Some(pose)) = (candidates.first(), poses.next()) else {
-        return Err(RegistrationError::NoStarts);
-    };
-    Ok(Registration::new(pose, &best.fit, best.run.iterations, best.run.converged, poses.collect()))
+fn by_moments(search: &Search) -> Vec<Candidate<Similarity3<f64>>> {
+    search.tried(principal_axes::by_moments(search.reference, search.suspect), ROUGH_REACH)
 }
 
 #[cfg(test)]
@@ -278,8 +136,8 @@ mod tests {
             let suspect = moved(&soup, &s);
             let found = register(&reference(&soup), &suspect, &soup.triangles, &RegisterOptions::default()).unwrap();
             prop_assert!(found.converged);
-            prop_assert!(found.overlap > 0.99 && found.suspect_overlap > 0.99);
-            prop_assert!(error(&soup, &suspect, &found.reference_from_suspect) < 1e-9);
+            prop_assert!(found.best.overlap > 0.99 && found.best.suspect_overlap > 0.99);
+            prop_assert!(error(&soup, &suspect, &found.best.reference_from_suspect) < 1e-9);
         }
 
         #[test]
@@ -287,7 +145,7 @@ mod tests {
             let suspect = moved(&soup, &s);
             let there = reference(&Soup::new(suspect, soup.triangles.clone()));
             let found = register(&there, &soup.points, &soup.triangles, &RegisterOptions::default()).unwrap();
-            let rest = s.inverse() * found.reference_from_suspect;
+            let rest = s.inverse() * found.best.reference_from_suspect;
             prop_assert!(error(&soup, &soup.points, &rest) < 1e-9);
         }
 
@@ -300,7 +158,7 @@ mod tests {
             let noisy = Soup::new(soup.points.iter().map(|p| p + jitter()).collect(), soup.triangles.clone());
             let suspect = moved(&noisy, &s);
             let found = register(&reference(&soup), &suspect, &soup.triangles, &RegisterOptions::default()).unwrap();
-            prop_assert!(error(&noisy, &suspect, &found.reference_from_suspect) < 1e-3);
+            prop_assert!(error(&noisy, &suspect, &found.best.reference_from_suspect) < 1e-3);
         }
     }
 
@@ -312,7 +170,7 @@ mod tests {
         let suspect = moved(&coarse, &s);
         let found =
             register(&reference(&fine), &suspect, &coarse.triangles, &RegisterOptions::default()).unwrap();
-        assert!(error(&coarse, &suspect, &found.reference_from_suspect) < 2e-3);
+        assert!(error(&coarse, &suspect, &found.best.reference_from_suspect) < 2e-3);
     }
 
     #[test]
@@ -322,7 +180,7 @@ mod tests {
         let suspect = moved(&soup, &s);
         let flipped: Vec<_> = soup.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
         let found = register(&reference(&soup), &suspect, &flipped, &RegisterOptions::default()).unwrap();
-        assert!(error(&soup, &suspect, &found.reference_from_suspect) < 1e-9);
+        assert!(error(&soup, &suspect, &found.best.reference_from_suspect) < 1e-9);
     }
 
     #[test]
@@ -334,9 +192,9 @@ mod tests {
             let found =
                 register(&reference(&soup), &suspect, &soup.triangles, &RegisterOptions::default()).unwrap();
             let side = soup.bounding_box().unwrap().largest_side();
-            assert!(found.rms < 1e-2 * side && found.overlap > 0.99);
+            assert!(found.best.rms < 1e-2 * side && found.best.overlap > 0.99);
             assert!(!found.alternatives.is_empty());
-            assert!(found.alternatives.iter().all(|a| a.score >= found.score));
+            assert!(found.alternatives.iter().all(|a| a.score >= found.best.score));
         }
     }
 
@@ -346,8 +204,8 @@ mod tests {
         let options = RegisterOptions::default();
         let found =
             register(&reference(&shapes::bust(12)), &suspect.points, &suspect.triangles, &options).unwrap();
-        assert!(found.score > 0.5, "{found:?}");
-        assert!(found.rms.is_finite() && (0.0..=1.0).contains(&found.overlap));
+        assert!(found.best.score > 0.5, "{found:?}");
+        assert!(found.best.rms.is_finite() && (0.0..=1.0).contains(&found.best.overlap));
     }
 
     #[test]
@@ -373,7 +231,7 @@ mod tests {
             let suspect = moved(&soup, &s);
             let found =
                 register(&reference(&soup), &suspect, &soup.triangles, &RegisterOptions::default()).unwrap();
-            assert!(error(&soup, &suspect, &found.reference_from_suspect) < 1e-9);
+            assert!(error(&soup, &suspect, &found.best.reference_from_suspect) < 1e-9);
         }
     }
 
@@ -428,6 +286,6 @@ mod tests {
         let broken = Similarity3::new(Vector3::new(f64::NAN, 0.0, 0.0), Vector3::zeros(), 1.0);
         assert_eq!(ask(vec![Similarity3::identity(), broken]), Err(RegistrationError::Start { index: 1 }));
         let found = ask(vec![Similarity3::identity()]).unwrap();
-        assert!(error(&soup, &soup.points, &found.reference_from_suspect) < 1e-12);
+        assert!(error(&soup, &soup.points, &found.best.reference_from_suspect) < 1e-12);
     }
 }

@@ -1,17 +1,19 @@
-//! From starts to poses: a quick refinement of each, the fit as the judge, the best few refined in full.
+//! From starts to poses: a quick refinement of each, the fit as the measure, the best few refined in full.
 
 use nalgebra::Similarity3;
 use rayon::prelude::*;
 
-use crate::icp::{Icp, ROUNDS, Run};
-use crate::judge::{Fit, Judge, REACH};
-use crate::motion::Motion;
-use crate::register::RegisterOptions;
-use crate::shape::Shape;
-use crate::verdict::{is_promising, is_trusted};
+use crate::candidate::{Candidate, comparable};
+use crate::options::RegisterOptions;
+use crate::refinement::icp::{Icp, ROUNDS};
+use crate::refinement::motion::Motion;
+use crate::refinement::optimizer::Run;
+use crate::surface::shape::Shape;
+use crate::verdict::fit::FitMeasure;
+use crate::verdict::trust::{is_promising, is_trusted};
 use sombrero_progress::Progress;
 
-/// Iterations that each start gets before it is judged.
+/// Iterations that each start gets before it is measured.
 const TRIAL_ITERATIONS: usize = 15;
 /// Poses refined in full at most.
 const REFINED: usize = 8;
@@ -23,21 +25,16 @@ pub(crate) const GOOD: f64 = 0.1;
 const HOPELESS: f64 = 0.3;
 /// Poses whose points are closer than this on average are the same, in units of the diagonal.
 const SAME: f64 = 0.01;
-/// Poses tell apart when their RMS differs by more than this factor and this length, in units of the
-/// diagonal: about what a mark does to the surface.
-const TOLD_APART: (f64, f64) = (1.5, 5e-4);
 
-/// What the full refinement of all candidates counts in [`Progress`], where a trial counts 1.
+/// How far from its counterpart a sample may be in a pose by landmarks, in units of the diagonal.
+pub(crate) const HYPOTHESIS_REACH: f64 = 0.05;
+
+/// What the matching of landmarks counts in [`Progress`], where a trial counts 1.
+pub(crate) const MATCHING: usize = 60;
+/// What the full refinement of all candidates counts.
 pub(crate) const REFINING: usize = 60;
 /// What a look at the symmetries counts.
 pub(crate) const SYMMETRIES: usize = 20;
-
-/// A start after refinement.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Candidate<M> {
-    pub(crate) run: Run<M>,
-    pub(crate) fit: Fit,
-}
 
 /// One suspect and its reference.
 pub(crate) struct Search<'a> {
@@ -45,8 +42,8 @@ pub(crate) struct Search<'a> {
     pub(crate) suspect: &'a Shape,
     options: &'a RegisterOptions,
     icp: Icp<'a>,
-    /// How much will have to be tried is not known beforehand: there is room for all that may be, and what was not
-    /// needed counts as done. A step is about the time of one trial.
+    /// Steps of about one trial's time. What will have to be tried is not known beforehand: there is room for all that
+    /// may be, and what was not needed counts as done.
     pub(crate) progress: Progress,
 }
 
@@ -63,16 +60,16 @@ impl<'a> Search<'a> {
     /// Each start after a coarse round, best first, without repetitions.
     /// Samples farther than `reach` from the reference do not count.
     pub(crate) fn tried<M: Motion>(&self, starts: Vec<M>, reach: f64) -> Vec<Candidate<M>> {
-        let judge = Judge::coarse(self.reference, self.suspect);
+        let measure = FitMeasure::coarse(self.reference, self.suspect);
         let most = TRIAL_ITERATIONS.min(self.options.icp.max_iterations);
         let trial = |start: M| {
             let run = self.icp.trial_round(start, reach, most);
-            let fit = judge.fit(&run.pose.map());
+            let fit = measure.of(&run.pose.map());
             self.progress.advance(1);
             Candidate { run, fit }
         };
         let count = starts.len();
-        let hopeful = hopeful(&judge, starts);
+        let hopeful = hopeful(&measure, starts);
         self.progress.advance(count - hopeful.len());
         self.sorted(hopeful.into_par_iter().map(trial).collect())
     }
@@ -93,13 +90,13 @@ impl<'a> Search<'a> {
         candidates.truncate(REFINED);
         self.progress.at_most_left(REFINING + SYMMETRIES);
         let round = REFINING / (candidates.len().max(1) * ROUNDS);
-        let judge = self.fine_judge();
+        let measure = self.fine_measure();
         let refine = |candidate: Candidate<M>| {
             let left = self.options.icp.max_iterations.saturating_sub(candidate.run.iterations);
             let mut run =
                 self.icp.all_rounds(candidate.run.pose, REFINED_REACH, left, || self.progress.advance(round));
             run.iterations += candidate.run.iterations;
-            Candidate { run, fit: judge.fit(&run.pose.map()) }
+            Candidate { run, fit: measure.of(&run.pose.map()) }
         };
         comparable(self.sorted(candidates.into_par_iter().map(refine).collect()))
     }
@@ -111,22 +108,22 @@ impl<'a> Search<'a> {
             let pose = candidate.run.pose;
             let mut run = self.icp.coarse_round(pose, REFINED_REACH, self.options.icp.max_iterations);
             run.iterations += candidate.run.iterations;
-            Candidate { run, fit: self.fine_judge().fit(&run.pose.map()) }
+            Candidate { run, fit: self.fine_measure().of(&run.pose.map()) }
         };
         candidates.first().map(finish).into_iter().collect()
     }
 
     /// Few samples, but steps until nothing moves any more.
     pub(crate) fn settled<M: Motion>(&self, starts: Vec<M>) -> Vec<Candidate<M>> {
-        let judge = Judge::coarse(self.reference, self.suspect);
+        let measure = FitMeasure::coarse(self.reference, self.suspect);
         let settle = |start: M| {
             let run = self.icp.coarse_round(start, REFINED_REACH, self.options.icp.max_iterations);
-            Candidate { run, fit: judge.fit(&run.pose.map()) }
+            Candidate { run, fit: measure.of(&run.pose.map()) }
         };
         starts.into_par_iter().map(settle).collect()
     }
 
-    /// With the images of the best candidate under the symmetries of the reference, as far as there is room.
+    /// The candidates with the images of the best one under the symmetries of the reference, as far as there is room.
     pub(crate) fn with_symmetries<M: Motion>(
         &self,
         mut candidates: Vec<Candidate<M>>,
@@ -137,10 +134,10 @@ impl<'a> Search<'a> {
         if symmetries.is_empty() || !is_trusted(&best.fit) {
             return candidates;
         }
-        let judge = self.fine_judge();
+        let measure = self.fine_measure();
         let image = |symmetry: &Similarity3<f64>| {
             let pose = M::of(symmetry).after(&best.run.pose);
-            Candidate { run: Run { pose, ..best.run }, fit: judge.fit(&pose.map()) }
+            Candidate { run: Run { pose, ..best.run }, fit: measure.of(&pose.map()) }
         };
         let room = symmetries.len().min(self.options.max_alternatives);
         candidates.extend(symmetries[..room].par_iter().map(image).collect::<Vec<_>>());
@@ -152,8 +149,8 @@ impl<'a> Search<'a> {
         self.apart(a, b) > SAME
     }
 
-    fn fine_judge(&self) -> Judge<'a> {
-        Judge::fine(self.reference, self.suspect, &self.options.icp)
+    fn fine_measure(&self) -> FitMeasure<'a> {
+        FitMeasure::fine(self.reference, self.suspect, self.options.icp.samples)
     }
 
     /// Best first; of candidates in the same place, the best.
@@ -179,23 +176,9 @@ impl<'a> Search<'a> {
 }
 
 /// The starts that are worth a trial: all of them, unless one fits so well that others need not be asked.
-fn hopeful<M: Motion>(judge: &Judge, starts: Vec<M>) -> Vec<M> {
-    let scores: Vec<f64> = starts.par_iter().map(|start| judge.fit(&start.map()).score).collect();
+fn hopeful<M: Motion>(measure: &FitMeasure, starts: Vec<M>) -> Vec<M> {
+    let scores: Vec<f64> = starts.par_iter().map(|start| measure.of(&start.map()).score).collect();
     let best = scores.iter().copied().fold(1.0, f64::min);
     let limit = if best <= GOOD { best + HOPELESS } else { f64::INFINITY };
     starts.into_iter().zip(scores).filter(|(_, score)| *score <= limit).map(|(start, _)| start).collect()
-}
-
-/// Those that the fit cannot tell from the best, which comes first.
-///
-/// What has no counterpart costs every pose alike; so the scores may differ by as much as the matched distances
-/// would make them differ, were their RMS larger by [`TOLD_APART`], and by three standard errors of that cost.
-pub(crate) fn comparable<M>(mut candidates: Vec<Candidate<M>>) -> Vec<Candidate<M>> {
-    if let Some(fit) = candidates.first().map(|c| c.fit) {
-        let rms = fit.rms.min(REACH);
-        let larger = TOLD_APART.0 * rms + TOLD_APART.1;
-        let limit = fit.score + (larger * larger - rms * rms) / (REACH * REACH) + 3.0 * fit.error();
-        candidates.retain(|c| c.fit.score <= limit);
-    }
-    candidates
 }

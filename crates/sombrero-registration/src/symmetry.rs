@@ -6,12 +6,13 @@
 
 use nalgebra::Similarity3;
 
-use crate::lookup::Lookup;
-use crate::register::RegisterOptions;
-use crate::rotations;
-use crate::sample::scattered;
-use crate::search::{Search, comparable};
-use crate::shape::Shape;
+use crate::candidate::comparable;
+use crate::options::RegisterOptions;
+use crate::search::Search;
+use crate::starts::rotations;
+use crate::surface::lookup::Lookup;
+use crate::surface::sample::scattered;
+use crate::surface::shape::Shape;
 use sombrero_progress::Progress;
 
 /// Samples by which rotations are tried.
@@ -27,7 +28,7 @@ pub(crate) fn symmetries(shape: &Shape, lookup: &Lookup) -> Vec<Similarity3<f64>
     let mut starts = vec![Similarity3::identity()];
     starts.extend(rotations::poses(lookup, &samples, &shape.moments.centroid, LEAST, MOST));
     let options = RegisterOptions::default();
-    // Whoever needs the symmetries says how far it is itself.
+    // The search that needs the symmetries says how far it is.
     let search = Search::new(shape, shape, &options, Progress::silent());
     let found = comparable(search.sorted(search.settled(starts)));
     let is_other = |pose: &Similarity3<f64>| search.is_other(pose, &Similarity3::identity());

@@ -1,10 +1,12 @@
 //! Damaged suspects find back to the original without a hint, and know when they do not.
 
-use nalgebra::{Matrix3, Point3, Quaternion, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    Affine3, Matrix3, Point3, Quaternion, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3,
+};
 use proptest::prelude::*;
 use sombrero_mesh::Soup;
 use sombrero_registration::{
-    AffineRegistration, Reference, RegisterOptions, Registration, refine_affine, register, register_affine,
+    Reference, RegisterOptions, Registration, refine_affine, register, register_affine,
 };
 use sombrero_shapes as shapes;
 
@@ -86,7 +88,7 @@ fn found(original: &Soup, suspect: &Soup) -> Registration {
         .expect("a surface")
 }
 
-fn affine(original: &Soup, suspect: &Soup) -> AffineRegistration {
+fn affine(original: &Soup, suspect: &Soup) -> Registration<Affine3<f64>> {
     register_affine(&reference(original), &suspect.points, &suspect.triangles, &RegisterOptions::default())
         .expect("a surface")
 }
@@ -108,14 +110,14 @@ proptest! {
     fn cut_and_simplified((original, coarse) in shape(), d in direction(), s in similarity()) {
         let answer = found(&original, &moved(&kept(&coarse, 2.0 / 3.0, &d), &s));
         prop_assert!(answer.trusted);
-        prop_assert!(is_right(&original, &s, &answer.reference_from_suspect));
+        prop_assert!(is_right(&original, &s, &answer.best.reference_from_suspect));
     }
 
     #[test]
     fn half_is_enough((original, _) in shape(), d in direction(), s in similarity()) {
         let answer = found(&original, &moved(&kept(&original, 0.5, &d), &s));
         prop_assert!(answer.trusted);
-        prop_assert!(is_right(&original, &s, &answer.reference_from_suspect));
+        prop_assert!(is_right(&original, &s, &answer.best.reference_from_suspect));
     }
 
     #[test]
@@ -127,8 +129,8 @@ proptest! {
         let place = Similarity3::new(nalgebra::center(&bounds.min, &bounds.max).coords + aside, d * 2.0, size);
         let answer = found(&original, &moved(&joined(&coarse, &moved(&ring, &place)), &s));
         prop_assert!(answer.trusted);
-        prop_assert!((answer.suspect_overlap - 0.5).abs() < 0.1 && answer.overlap > 0.95);
-        prop_assert!(is_right(&original, &s, &answer.reference_from_suspect));
+        prop_assert!((answer.best.suspect_overlap - 0.5).abs() < 0.1 && answer.best.overlap > 0.95);
+        prop_assert!(is_right(&original, &s, &answer.best.reference_from_suspect));
     }
 
     #[test]
@@ -145,7 +147,7 @@ proptest! {
         plate.points.iter_mut().for_each(|p| *p = target + (*p - centre).component_mul(&stretch));
         let answer = found(&original, &moved(&joined(&coarse, &plate), &s));
         prop_assert!(answer.trusted);
-        prop_assert!(is_right(&original, &s, &answer.reference_from_suspect));
+        prop_assert!(is_right(&original, &s, &answer.best.reference_from_suspect));
     }
 
     #[test]
@@ -199,9 +201,8 @@ fn all_poses_of_a_symmetric_shape_are_returned() {
         let answer = found(&soup, &moved(&soup, &s));
         assert!(answer.trusted);
         assert_eq!(answer.alternatives.len() + 1, order);
-        let mut poses = vec![answer.reference_from_suspect];
-        poses.extend(answer.alternatives.iter().map(|a| a.reference_from_suspect));
-        assert_eq!(poses.iter().filter(|pose| is_right(&soup, &s, pose)).count(), 1);
+        let right = answer.poses().filter(|pose| is_right(&soup, &s, &pose.reference_from_suspect));
+        assert_eq!(right.count(), 1);
     }
 }
 
@@ -211,9 +212,8 @@ fn a_cut_symmetric_shape_has_its_true_pose_among_the_alternatives() {
     let cut = kept(&soup, 2.0 / 3.0, &Vector3::new(0.6, 0.7, 0.2));
     let answer = found(&soup, &moved(&cut, &s));
     assert!(answer.trusted);
-    let mut poses = vec![answer.reference_from_suspect];
-    poses.extend(answer.alternatives.iter().map(|a| a.reference_from_suspect));
-    assert!(poses.len() >= 8 && poses.iter().any(|pose| is_right(&soup, &s, pose)));
+    assert!(answer.poses().count() >= 8);
+    assert!(answer.poses().any(|pose| is_right(&soup, &s, &pose.reference_from_suspect)));
 }
 
 #[test]
@@ -239,7 +239,7 @@ fn faces_turned_inside_out_do_not_matter() {
     let mut suspect = moved(&kept(&original, 0.6, &Vector3::new(0.6, 0.7, 0.2)), &s);
     suspect.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let answer = found(&original, &suspect);
-    assert!(answer.trusted && is_right(&original, &s, &answer.reference_from_suspect));
+    assert!(answer.trusted && is_right(&original, &s, &answer.best.reference_from_suspect));
 }
 
 #[test]
@@ -273,7 +273,7 @@ fn hardly_a_surface_is_no_panic() {
         for suspect in &suspects {
             let options = RegisterOptions::default();
             if let Ok(answer) = register(&reference, &suspect.points, &suspect.triangles, &options) {
-                assert!(answer.score.is_finite() && answer.rms.is_finite());
+                assert!(answer.best.score.is_finite() && answer.best.rms.is_finite());
             }
             if let Ok(answer) = register_affine(&reference, &suspect.points, &suspect.triangles, &options) {
                 assert!(answer.best.reference_from_suspect.matrix().iter().all(|x| x.is_finite()));

@@ -50,8 +50,8 @@ pub(crate) fn poses(
         if let Ok(found) = stretched
             && found.trusted
         {
-            let poses = [&found.best].into_iter().chain(&found.alternatives);
-            let found = poses.map(|pose| pose.reference_from_suspect).take(MOST_POSES).collect();
+            let poses = found.poses().map(|pose| pose.reference_from_suspect);
+            let found = poses.take(MOST_POSES).collect();
             return Ok(Poses { found, warning });
         }
         warning = Some(
@@ -59,9 +59,8 @@ pub(crate) fn poses(
                 .to_owned(),
         );
     }
-    let others = similar.alternatives.iter().map(|pose| pose.reference_from_suspect);
-    let found = [similar.reference_from_suspect].into_iter().chain(others).take(MOST_POSES);
-    let mut found: Vec<Affine3<f64>> = found.map(affine).collect();
+    let found = similar.poses().map(|pose| affine(pose.reference_from_suspect));
+    let mut found: Vec<Affine3<f64>> = found.take(MOST_POSES).collect();
     if registration == When::Auto && lies_elsewhere(original, suspect, &found)? {
         found.insert(0, Affine3::identity());
         found.truncate(MOST_POSES);

@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::Surface;
     use nalgebra::{Point3, Vector3};
-    use sombrero_mesh::shapes;
+    use sombrero_shapes as shapes;
 
     #[test]
     fn only_the_outline_of_a_sheet_is_rim() {

@@ -110,9 +110,10 @@ impl Alignment {
 
     /// The best pose of a registration alone.
     pub(super) fn of_registration(registration: &Registration) -> Self {
-        let matrix = rows(&registration.reference_from_suspect.to_homogeneous());
-        let Registration { rms, overlap, iterations, converged, .. } = *registration;
-        Self { matrix, rms, overlap, iterations, converged }
+        let Registration { best, iterations, converged, .. } = registration;
+        let (iterations, converged) = (*iterations, *converged);
+        let matrix = rows(&best.reference_from_suspect.to_homogeneous());
+        Self { matrix, rms: best.rms, overlap: best.overlap, iterations, converged }
     }
 }
 

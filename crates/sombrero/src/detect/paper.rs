@@ -122,7 +122,7 @@ impl<'a> Attempts<'a> {
 
     fn register(&mut self) -> Result<Similarity3<f64>, DetectError> {
         if let Some(known) = &self.registration {
-            return Ok(known.reference_from_suspect);
+            return Ok(known.best.reference_from_suspect);
         }
         let (original, suspect) = (self.original, &self.suspect.soup);
         let options = RegisterOptions::default();
@@ -130,7 +130,7 @@ impl<'a> Attempts<'a> {
             register(original.reference()?, &suspect.points, &suspect.triangles, &options)
         });
         let found = found.map_err(SearchError::from)?;
-        let similarity = found.reference_from_suspect;
+        let similarity = found.best.reference_from_suspect;
         self.registration = Some(found);
         Ok(similarity)
     }

@@ -3,15 +3,13 @@
 use super::damage::Kind;
 use super::moves::{random_affine, random_similarity};
 use anyhow::Context;
-use nalgebra::{Matrix4, Point3, Similarity3};
+use nalgebra::{Affine3, Matrix4, Point3, Similarity3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sombrero::attacks::{Attack, apply};
 use sombrero::mesh::Soup;
-use sombrero::registration::{
-    AffinePose, AffineRegistration, Reference, RegisterOptions, Registration, register, register_affine,
-};
+use sombrero::registration::{Pose, Reference, RegisterOptions, Registration, register, register_affine};
 use sombrero::spatial::Surface;
 use std::time::Instant;
 
@@ -99,20 +97,10 @@ impl Subject {
         let (reference, options) = (&self.reference, RegisterOptions::default());
         if matches!(kind, Kind::Affine | Kind::AffineThirdCut) {
             let found = register_affine(reference, points, triangles, &options)?;
-            let AffineRegistration { best, agreement, sharpness, trusted, alternatives, .. } = found;
-            let AffinePose { score, overlap, suspect_overlap, rms, .. } = best;
-            let poses = std::iter::once(&best).chain(&alternatives);
-            let poses = poses.map(|pose| pose.reference_from_suspect.to_homogeneous()).collect();
-            let fit = Fit { score, overlap, suspect_overlap, agreement, sharpness, rms };
-            return Ok(Answer { poses, trusted, fit });
+            return Ok(Answer::new(&found, Affine3::to_homogeneous));
         }
         let found = register(reference, points, triangles, &options)?;
-        let Registration { score, overlap, suspect_overlap, agreement, sharpness, rms, .. } = found;
-        let others = found.alternatives.iter().map(|pose| &pose.reference_from_suspect);
-        let poses = std::iter::once(&found.reference_from_suspect).chain(others);
-        let poses = poses.map(Similarity3::to_homogeneous).collect();
-        let fit = Fit { score, overlap, suspect_overlap, agreement, sharpness, rms };
-        Ok(Answer { poses, trusted: found.trusted, fit })
+        Ok(Answer::new(&found, Similarity3::to_homogeneous))
     }
 
     /// Largest distance of a vertex from its place, in largest sides.
@@ -134,6 +122,17 @@ struct Answer {
     poses: Vec<Matrix4<f64>>,
     trusted: bool,
     fit: Fit,
+}
+
+impl Answer {
+    fn new<M>(found: &Registration<M>, matrix: impl Fn(&M) -> Matrix4<f64>) -> Self {
+        let Registration { best, agreement, sharpness, trusted, .. } = found;
+        let &Pose { score, overlap, suspect_overlap, rms, .. } = best;
+        let (agreement, sharpness) = (*agreement, *sharpness);
+        let fit = Fit { score, overlap, suspect_overlap, agreement, sharpness, rms };
+        let poses = found.poses().map(|pose| matrix(&pose.reference_from_suspect)).collect();
+        Self { poses, trusted: *trusted, fit }
+    }
 }
 
 /// How well the pose fits, as registration tells it.

@@ -161,7 +161,7 @@ fn registered(case: &Case, suspect: &Soup) -> anyhow::Result<Similarity3<f64>> {
     let original = case.soup();
     let reference = Reference::new(&original.points, &original.triangles)?;
     let options = RegisterOptions::default();
-    Ok(register(&reference, &suspect.points, &suspect.triangles, &options)?.reference_from_suspect)
+    Ok(register(&reference, &suspect.points, &suspect.triangles, &options)?.best.reference_from_suspect)
 }
 
 /// Surfaces that have nothing to do with the original, as far as they can be laid over it.

@@ -65,6 +65,6 @@ fn normals(soup: &Soup) -> Vec<Vector3<f64>> {
 fn registered(original: &Soup, suspect: &Soup) -> anyhow::Result<Soup> {
     let reference = Reference::new(&original.points, &original.triangles)?;
     let found = register(&reference, &suspect.points, &suspect.triangles, &RegisterOptions::default())?;
-    let moved = |p: &Point3<f64>| found.reference_from_suspect * p;
+    let moved = |p: &Point3<f64>| found.best.reference_from_suspect * p;
     Ok(Soup::new(suspect.points.iter().map(moved).collect(), suspect.triangles.clone()))
 }

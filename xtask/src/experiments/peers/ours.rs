@@ -255,7 +255,7 @@ impl Posed {
         } else {
             register(&reference, points, triangles, &RegisterOptions::default())?
         };
-        Ok(found.reference_from_suspect.to_homogeneous())
+        Ok(found.best.reference_from_suspect.to_homogeneous())
     }
 
     /// Root mean square, over the original, of how far there and back is from where it was; in diagonals.

@@ -62,7 +62,7 @@ pub(crate) fn measure(folder: &Path, model: &Model) -> anyhow::Result<Times> {
     let reference = Reference::new(points, triangles)?;
     let found = register(&reference, &suspect.points, &suspect.triangles, &RegisterOptions::default())?;
     lap(&mut clock);
-    let aligned = suspect.points.iter().map(|p| found.reference_from_suspect * p).collect();
+    let aligned = suspect.points.iter().map(|p| found.best.reference_from_suspect * p).collect();
     let aligned = Soup::new(aligned, suspect.triangles);
     clock = Instant::now();
     let mut rng = ChaCha8Rng::seed_from_u64(0);

@@ -3,8 +3,8 @@
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::motion::Motion;
-use crate::sample::Sample;
+use crate::refinement::motion::Motion;
+use crate::surface::sample::Sample;
 
 /// Samples by which two maps are compared.
 const PROBES: usize = 12;

@@ -8,8 +8,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::sample::{Sample, samples};
-use crate::shape::Shape;
+use crate::surface::sample::{Sample, samples};
+use crate::surface::shape::Shape;
 
 /// Side of a cell in units of the diagonal.
 const CELL: f64 = 1.0 / 80.0;

@@ -6,8 +6,8 @@
 
 use nalgebra::Vector3;
 
-use crate::sample::samples;
-use crate::shape::Shape;
+use crate::surface::sample::samples;
+use crate::surface::shape::Shape;
 
 /// Means beyond this have a sign to rely on.
 const CLEAR: f64 = 0.15;

@@ -9,16 +9,15 @@
 use nalgebra::{Matrix3, Point3, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-use crate::affine_map::AffineMap;
-use crate::landmark::{Cloud, Features, Frame, Landmark, RUNG, View};
-use crate::landmarks::{Landmarks, ladder};
-use crate::lookup::Lookup;
-use crate::motion::Motion;
-use crate::ranking::{Ranked, distinct, ranked, sort};
-use crate::reference::Reference;
-use crate::rough;
-use crate::sample::{Sample, samples, scattered};
-use crate::shape::Shape;
+use crate::refinement::affine_map::AffineMap;
+use crate::refinement::motion::Motion;
+use crate::starts::landmark::{Cloud, Features, Frame, Landmark, RUNG, View};
+use crate::starts::landmarks::{Landmarks, ladder};
+use crate::starts::ranking::{Ranked, distinct, ranked, sort};
+use crate::starts::rough;
+use crate::surface::lookup::Lookup;
+use crate::surface::sample::{Sample, samples, scattered};
+use crate::surface::shape::Shape;
 
 /// Landmarks of the suspect.
 const COUNT: usize = 400;
@@ -35,7 +34,7 @@ const LOOKS: [usize; 2] = [48, 256];
 const SECOND_LOOKS: usize = 4_000;
 /// Poses that get a rough ICP.
 const ROUGH: usize = 120;
-/// The same when the suspect may be stretched, which blurs the first looks.
+/// Poses that get a rough ICP when the suspect may be stretched, which blurs the first looks.
 const AFFINE_ROUGH: usize = 240;
 /// Distances up to which a sample supports a pose: before and after the rough ICP, in diagonals.
 const TOLERANCES: [f64; 2] = [0.06, 0.03];
@@ -43,7 +42,7 @@ const TOLERANCES: [f64; 2] = [0.06, 0.03];
 const SAME: [f64; 2] = [0.08, 0.02];
 
 /// One suspect's landmarks against those of the reference.
-pub(crate) struct Matching<'a> {
+pub(crate) struct LandmarkMatcher<'a> {
     lookup: &'a Lookup,
     landmarks: &'a Landmarks,
     suspect: Vec<Landmark>,
@@ -52,16 +51,22 @@ pub(crate) struct Matching<'a> {
     looks: Vec<Sample>,
 }
 
-impl<'a> Matching<'a> {
-    /// `orientation` is -1 when the suspect's normals are to be turned.
-    pub(crate) fn new(reference: &'a Reference, suspect: &Shape, orientation: f64) -> Self {
-        let scale = (reference.shape.moments.area / suspect.moments.area).sqrt();
+impl<'a> LandmarkMatcher<'a> {
+    /// Describes the suspect's landmarks. `landmarks` and `lookup` are those of the reference, `orientation` is -1 when
+    /// the suspect's normals are to be turned.
+    pub(crate) fn new(
+        landmarks: &'a Landmarks,
+        lookup: &'a Lookup,
+        suspect: &Shape,
+        orientation: f64,
+    ) -> Self {
+        let scale = (landmarks.area / suspect.moments.area).sqrt();
         let radii: Vec<f64> = ladder(LARGER, SMALLER).iter().map(|r| r / scale).collect();
         let cloud = Cloud::new(suspect, orientation);
         let points = samples(suspect, COUNT);
         let seen = points.par_iter().map(|s| cloud.landmark(s.point, &radii)).collect();
         let looks = scattered(suspect, LOOKS[1], orientation);
-        Self { lookup: reference.lookup(), landmarks: reference.landmarks(), suspect: seen, scale, looks }
+        Self { lookup, landmarks, suspect: seen, scale, looks }
     }
 
     /// The best poses in the unit frames, best first; at most `most`.
@@ -69,7 +74,7 @@ impl<'a> Matching<'a> {
         self.refined(|start| rough::icp(self.lookup, &self.looks, start), ROUGH, most)
     }
 
-    /// The same, for a suspect that may also be stretched.
+    /// The best affine maps in the unit frames, best first; at most `most`.
     pub(crate) fn affine_maps(&self, most: usize) -> Vec<AffineMap> {
         let refine = |start: &Similarity3<f64>| {
             let start = rough::icp(self.lookup, &self.looks, start);

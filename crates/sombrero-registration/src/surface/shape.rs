@@ -4,15 +4,19 @@
 //! and the diagonal has length 1. Lengths, angles and the logarithm of a scale are then numbers of one
 //! order, and neither huge coordinates nor tiny models cost digits.
 
-use nalgebra::{Point3, Similarity3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Vector3};
 use sombrero_mesh::{BoundingBox, Weld};
-use sombrero_spatial::{Closest, Surface};
+use sombrero_spatial::{Closest, Rim, Surface};
 
 use crate::error::{RegistrationError, Side};
-use crate::moments::Moments;
+use crate::surface::moments::Moments;
 
 /// A surface thinner than this fraction of its diagonal is flat.
 const THINNEST: f64 = 1e-7;
+
+/// Weight of a corner up to which a closest point lies on the edge opposite to it. None at all: samples lie anywhere, so
+/// a closest point is on an edge because it was clamped to it, which makes the weight exactly 0, or not at all.
+const ON_RIM: f64 = 0.0;
 
 /// Points, triangles and all that is computed from them once.
 #[derive(Debug, Clone)]
@@ -31,15 +35,7 @@ pub(crate) struct Shape {
     face_normals: Vec<Vector3<f64>>,
     /// Sums of the area vectors around each vertex, normalised.
     vertex_normals: Vec<Vector3<f64>>,
-    boundary: Boundary,
-}
-
-/// Which vertices and edges lie on the boundary.
-#[derive(Debug, Clone)]
-struct Boundary {
-    vertices: Vec<bool>,
-    /// The edge opposite each corner of each triangle.
-    edges: Vec<[bool; 3]>,
+    rim: Rim,
 }
 
 impl Shape {
@@ -89,7 +85,7 @@ impl Shape {
         Self {
             surface: Surface::new(&points, &triangles),
             face_normals: area_vectors.iter().map(unit_or_zero).collect(),
-            boundary: Boundary::new(points.len(), &triangles),
+            rim: Rim::new(&triangles),
             vertex_normals,
             centre,
             diagonal,
@@ -124,11 +120,7 @@ impl Shape {
 
     /// Whether a closest point lies on the rim of an open surface, where its distance says nothing.
     pub(crate) fn on_boundary(&self, closest: &Closest) -> bool {
-        let face = closest.face as usize;
-        let w = closest.barycentric;
-        let edge = (0..3).any(|k| w[k] == 0.0 && self.boundary.edges[face][k]);
-        let vertex = (0..3).any(|k| w[k] == 1.0 && self.boundary.vertices[self.triangles[face][k] as usize]);
-        edge || vertex
+        self.rim.holds(closest, ON_RIM)
     }
 }
 
@@ -163,75 +155,10 @@ fn unit_or_zero(v: &Vector3<f64>) -> Vector3<f64> {
     v.try_normalize(0.0).unwrap_or_default()
 }
 
-impl Boundary {
-    /// Edges with a single triangle, and their ends.
-    fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
-        let mut sides: Vec<(u32, u32, u32, u8)> = Vec::with_capacity(3 * triangles.len());
-        for (face, t) in (0..).zip(triangles) {
-            for k in 0..3u8 {
-                let (a, b) = (t[(k as usize + 1) % 3], t[(k as usize + 2) % 3]);
-                sides.push((a.min(b), a.max(b), face, k));
-            }
-        }
-        sides.sort_unstable();
-        let mut boundary = Self { vertices: vec![false; vertices], edges: vec![[false; 3]; triangles.len()] };
-        for edge in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
-            if let &[(a, b, face, k)] = edge {
-                boundary.edges[face as usize][k as usize] = true;
-                boundary.vertices[a as usize] = true;
-                boundary.vertices[b as usize] = true;
-            }
-        }
-        boundary
-    }
-}
-
-/// From the unit frames to model units: the similarity that `pose` is between the unit frames.
-pub(crate) fn to_model(
-    reference: &Shape,
-    suspect: &Shape,
-    pose: &Similarity3<f64>,
-) -> Option<Similarity3<f64>> {
-    let scale = pose.scaling() * (reference.diagonal / suspect.diagonal);
-    let rotation = pose.isometry.rotation;
-    let shift = reference.centre.coords + pose.isometry.translation.vector * reference.diagonal
-        - rotation * (suspect.centre.coords * scale);
-    similarity(shift, rotation, scale)
-}
-
-/// The reverse of [`to_model`].
-pub(crate) fn to_unit(
-    reference: &Shape,
-    suspect: &Shape,
-    model: &Similarity3<f64>,
-) -> Option<Similarity3<f64>> {
-    let scale = model.scaling() * (suspect.diagonal / reference.diagonal);
-    let shift = (model * suspect.centre - reference.centre) / reference.diagonal;
-    similarity(shift, model.isometry.rotation, scale)
-}
-
-/// `None` when a number is not finite or the scale not positive.
-fn similarity(shift: Vector3<f64>, rotation: UnitQuaternion<f64>, scale: f64) -> Option<Similarity3<f64>> {
-    let finite = shift.iter().chain(rotation.coords.iter()).all(|x| x.is_finite());
-    (finite && scale.is_normal() && scale > 0.0)
-        .then(|| Similarity3::from_parts(Translation3::from(shift), rotation, scale))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use sombrero_shapes as shapes;
-
-    #[test]
-    fn only_the_rim_of_a_sheet_is_boundary() {
-        let sheet = shapes::open_sheet(6, 4);
-        let shape = Shape::new(Side::Reference, &sheet.points, &sheet.triangles).unwrap();
-        assert_eq!(shape.boundary.vertices.iter().filter(|b| **b).count(), 2 * (6 + 4));
-        assert_eq!(shape.boundary.edges.iter().flatten().filter(|b| **b).count(), 2 * (6 + 4));
-        let torus = shapes::torus(12, 8, 2.0, 1.0);
-        let shape = Shape::new(Side::Reference, &torus.points, &torus.triangles).unwrap();
-        assert!(shape.boundary.vertices.iter().all(|b| !b));
-    }
 
     #[test]
     fn doubled_corners_make_no_boundary() {
@@ -240,16 +167,8 @@ mod tests {
         let triangles: Vec<_> =
             (0..torus.triangles.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
         let shape = Shape::new(Side::Suspect, &points, &triangles).unwrap();
-        assert!(shape.boundary.vertices.iter().all(|b| !b));
-    }
-
-    #[test]
-    fn frames_there_and_back() {
-        let (a, b) = (shapes::part(1), shapes::bumpy_sphere(200));
-        let a = Shape::new(Side::Reference, &a.points, &a.triangles).unwrap();
-        let b = Shape::new(Side::Suspect, &b.points, &b.triangles).unwrap();
-        let s = Similarity3::new(Vector3::new(1.0, -2.0, 3.0), Vector3::new(0.3, 0.2, -0.9), 0.7);
-        let back = to_model(&a, &b, &to_unit(&a, &b, &s).unwrap()).unwrap();
-        assert!((back.to_homogeneous() - s.to_homogeneous()).norm() < 1e-12);
+        let outside = shape.points.iter().map(|p| p * 1.5).collect::<Vec<_>>();
+        let closest = shape.closest_many(&outside, &mut Vec::new());
+        assert!(closest.into_iter().flatten().all(|c| !shape.on_boundary(&c)));
     }
 }

@@ -22,8 +22,8 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
-use crate::sample::{Sample, samples};
-use crate::shape::Shape;
+use crate::surface::sample::{Sample, samples};
+use crate::surface::shape::Shape;
 
 /// Ratio between neighbouring radii of the ladder.
 pub(crate) const RUNG: f64 = 1.16;

@@ -29,7 +29,12 @@ impl AffineMap {
         self.cofactor * n
     }
 
-    /// `None` when the map is singular.
+    /// First `first`, then this.
+    pub(crate) fn after(&self, first: &Self) -> Self {
+        Self::new(self.linear * first.linear, self.linear * first.shift + self.shift)
+    }
+
+    /// The map back; `None` when this one is singular.
     pub(crate) fn inverse(&self) -> Option<Self> {
         let inverse = self.linear.try_inverse().filter(|m| m.iter().all(|x| x.is_finite()))?;
         Some(Self::new(inverse, -(inverse * self.shift)))
@@ -46,7 +51,6 @@ impl From<&Similarity3<f64>> for AffineMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::Motion;
 
     #[test]
     fn normals_stay_normal() {

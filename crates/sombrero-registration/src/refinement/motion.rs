@@ -1,17 +1,22 @@
 //! The maps that ICP may choose from: similarities and affine maps.
 
-use nalgebra::Similarity3;
+use nalgebra::{Affine3, Similarity3};
 
-use crate::affine_map::AffineMap;
-use crate::pairs::Pair;
-use crate::{affine_step, step};
+use crate::refinement::affine_map::AffineMap;
+use crate::refinement::pairs::Pair;
+use crate::refinement::{affine_step, similarity_step};
+use crate::surface::frame;
+use crate::surface::shape::Shape;
 
 /// A family of maps with a Gauss-Newton step of the point-to-plane distance.
 pub(crate) trait Motion: Copy + Send + Sync {
+    /// A map of the family between model frames, as a caller gets it.
+    type Model;
+
     /// A similarity as a member of the family.
     fn of(similarity: &Similarity3<f64>) -> Self;
 
-    /// As a map of points and normals.
+    /// This as a map of points and normals.
     fn map(&self) -> AffineMap;
 
     /// The change that weighted pairs ask for.
@@ -19,9 +24,14 @@ pub(crate) trait Motion: Copy + Send + Sync {
 
     /// First `first`, then this.
     fn after(&self, first: &Self) -> Self;
+
+    /// From the unit frames to model units; `None` when the sizes are too far apart for the numbers.
+    fn to_model(&self, reference: &Shape, suspect: &Shape) -> Option<Self::Model>;
 }
 
 impl Motion for Similarity3<f64> {
+    type Model = Self;
+
     fn of(similarity: &Similarity3<f64>) -> Self {
         *similarity
     }
@@ -31,15 +41,21 @@ impl Motion for Similarity3<f64> {
     }
 
     fn step(pairs: &[Pair], weights: &[f64]) -> Self {
-        step::step(pairs, weights)
+        similarity_step::step(pairs, weights)
     }
 
     fn after(&self, first: &Self) -> Self {
         self * first
     }
+
+    fn to_model(&self, reference: &Shape, suspect: &Shape) -> Option<Self> {
+        frame::to_model(reference, suspect, self)
+    }
 }
 
 impl Motion for AffineMap {
+    type Model = Affine3<f64>;
+
     fn of(similarity: &Similarity3<f64>) -> Self {
         Self::from(similarity)
     }
@@ -53,6 +69,10 @@ impl Motion for AffineMap {
     }
 
     fn after(&self, first: &Self) -> Self {
-        Self::new(self.linear * first.linear, self.linear * first.shift + self.shift)
+        Self::after(self, first)
+    }
+
+    fn to_model(&self, reference: &Shape, suspect: &Shape) -> Option<Affine3<f64>> {
+        frame::affine_to_model(reference, suspect, &self.linear, &self.shift)
     }
 }

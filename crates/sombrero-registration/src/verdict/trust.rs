@@ -15,7 +15,7 @@
 //! as two boxes, agree honestly and are between. The verdict knows no watermark: a suspect that is the unmarked
 //! original, or a copy marked for somebody else, is trusted as well.
 
-use crate::judge::Fit;
+use crate::verdict::fit::Fit;
 
 const LEAST_AGREEMENT: f64 = 0.4;
 const LEAST_SHARPNESS: f64 = 0.7;

@@ -1,10 +1,10 @@
 //! Judging and refining poses by look-ups: not exact, but a thousand times cheaper than true closest points.
 
-use crate::affine_map::AffineMap;
-use crate::lookup::Lookup;
-use crate::motion::Motion;
-use crate::pairs::Pair;
-use crate::sample::Sample;
+use crate::refinement::affine_map::AffineMap;
+use crate::refinement::motion::Motion;
+use crate::refinement::pairs::Pair;
+use crate::surface::lookup::Lookup;
+use crate::surface::sample::Sample;
 
 /// Cosine of the largest angle between normals that agree, 60 degrees.
 const ALIKE: f64 = 0.5;

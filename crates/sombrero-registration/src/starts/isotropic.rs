@@ -13,9 +13,8 @@
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use crate::affine_map::AffineMap;
-use crate::motion::Motion;
-use crate::sample::Sample;
+use crate::refinement::affine_map::AffineMap;
+use crate::surface::sample::Sample;
 
 const ITERATIONS: usize = 100;
 /// Anisotropy at which the iteration stops.
@@ -59,8 +58,8 @@ fn moments(samples: &[Sample], map: &AffineMap) -> (Vector3<f64>, Matrix3<f64>) 
 mod tests {
     use super::*;
     use crate::error::Side;
-    use crate::sample::samples;
-    use crate::shape::Shape;
+    use crate::surface::sample::samples;
+    use crate::surface::shape::Shape;
     use sombrero_shapes as shapes;
 
     #[test]

@@ -10,11 +10,11 @@
 //! or an added part cost a constant instead of ruling the sum. No watermark is seen here, and none may be
 //! (design law 1).
 
-use crate::affine_map::AffineMap;
-use crate::icp::IcpOptions;
-use crate::pairs::{self, Pair};
-use crate::sample::{Sample, samples};
-use crate::shape::Shape;
+use crate::refinement::affine_map::AffineMap;
+use crate::refinement::pairs::{self, Pair};
+use crate::surface::sample::{Sample, samples};
+use crate::surface::shape::Shape;
+use sombrero_spatial::robust::median;
 
 /// Distance from which two surfaces have nothing to do with each other, τ.
 pub(crate) const REACH: f64 = 0.02;
@@ -25,15 +25,15 @@ const BOUNDARY_MEDIANS: f64 = 4.0;
 /// Samples of a side in a quick look.
 const COARSE: usize = 1_000;
 
-/// Two surfaces and the samples by which they are compared.
-pub(crate) struct Judge<'a> {
+/// The fit measure: two surfaces and the samples by which they are compared.
+pub(crate) struct FitMeasure<'a> {
     reference: &'a Shape,
     suspect: &'a Shape,
     reference_samples: Vec<Sample>,
     suspect_samples: Vec<Sample>,
 }
 
-/// A pose's verdict; lengths in units of the reference's diagonal.
+/// How well a pose fits; lengths in units of the reference's diagonal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fit {
     /// From 0, the same surface, to 1, nothing in common.
@@ -69,15 +69,15 @@ impl Fit {
     }
 }
 
-impl<'a> Judge<'a> {
-    /// For choosing between starts.
+impl<'a> FitMeasure<'a> {
+    /// The measure for choosing between starts.
     pub(crate) fn coarse(reference: &'a Shape, suspect: &'a Shape) -> Self {
         Self::new(reference, suspect, COARSE)
     }
 
-    /// For the final figures.
-    pub(crate) fn fine(reference: &'a Shape, suspect: &'a Shape, options: &IcpOptions) -> Self {
-        Self::new(reference, suspect, options.samples.div_ceil(2))
+    /// The measure for the final figures, by half of `samples` on each side.
+    pub(crate) fn fine(reference: &'a Shape, suspect: &'a Shape, samples: usize) -> Self {
+        Self::new(reference, suspect, samples.div_ceil(2))
     }
 
     fn new(reference: &'a Shape, suspect: &'a Shape, count: usize) -> Self {
@@ -85,11 +85,12 @@ impl<'a> Judge<'a> {
         Self { reference, suspect, reference_samples, suspect_samples: samples(suspect, count) }
     }
 
-    pub(crate) fn fit(&self, map: &AffineMap) -> Fit {
+    /// The fit of the pose `map`, in the unit frames.
+    pub(crate) fn of(&self, map: &AffineMap) -> Fit {
         let there = pairs::find(self.reference, &self.suspect_samples, map, &mut Vec::new());
         let back = self.back(map);
         let score = (mean(&there, loss) + mean(&back, loss)) / 2.0;
-        let rim = BOUNDARY_MEDIANS * pairs::median(there.iter().map(|p| p.distance).collect());
+        let rim = BOUNDARY_MEDIANS * median(there.iter().map(|p| p.distance).collect());
         let is_matched =
             |p: &Pair| p.compatible && p.distance < REACH && (!p.on_boundary || p.distance <= rim);
         let matched: Vec<Pair> = there.iter().copied().filter(is_matched).collect();

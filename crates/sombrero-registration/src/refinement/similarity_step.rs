@@ -10,13 +10,12 @@
 //!
 //! seven unknowns. The column of λ has q where one expects p: that is the derivative of r / scale, of the
 //! distance as the suspect sees it. With p, shrinking the suspect to a dot would be a perfect fit.
-//!
-//! Directions that the pairs leave open (a sphere turns freely, a plane slides) have eigenvalue zero:
-//! Levenberg's damping holds them still, and costs the others nothing that a further step would not mend.
+//! A sphere may turn and a plane may slide: such directions are held still.
 
-use nalgebra::{Cholesky, SMatrix, SVector, Similarity3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{SVector, Similarity3, Translation3, UnitQuaternion, Vector3};
 
-use crate::pairs::Pair;
+use crate::refinement::pairs::Pair;
+use crate::refinement::reduction::{reduce, weighted_centre};
 
 /// Damping relative to the mean of the diagonal.
 const DAMPING: f64 = 1e-7;
@@ -26,29 +25,15 @@ const LONGEST: [f64; 3] = [0.5, 0.3, 0.3];
 /// The change of pose that the weighted pairs ask for; identity when they ask for nothing.
 pub(crate) fn step(pairs: &[Pair], weights: &[f64]) -> Similarity3<f64> {
     let Some(centre) = weighted_centre(pairs, weights) else { return Similarity3::identity() };
-    let mut matrix = SMatrix::<f64, 7, 7>::zeros();
-    let mut right = SVector::<f64, 7>::zeros();
-    for (pair, &w) in pairs.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
-        let turn = (pair.p.coords - centre).cross(&pair.normal);
-        let n = pair.normal;
+    let row = |pair: &Pair| {
+        let (n, turn) = (pair.normal, (pair.p.coords - centre).cross(&pair.normal));
         let scale = n.dot(&(pair.q.coords - centre));
-        let row = SVector::from([turn.x, turn.y, turn.z, n.x, n.y, n.z, scale]);
-        matrix.syger(w, &row, &row, 1.0);
-        right.axpy(-w * pair.residual(), &row, 1.0);
-    }
-    let damping = (matrix.trace() / 7.0 * DAMPING).max(f64::MIN_POSITIVE);
-    matrix += SMatrix::identity() * damping;
-    match Cholesky::new(matrix) {
-        Some(factor) => about(&centre, limited(factor.solve(&right))),
+        SVector::from([turn.x, turn.y, turn.z, n.x, n.y, n.z, scale])
+    };
+    match reduce::<7>(pairs, weights, DAMPING, row) {
+        Some(x) => about(&centre, limited(x)),
         None => Similarity3::identity(),
     }
-}
-
-/// Where the pairs' weights balance; `None` without weight.
-pub(crate) fn weighted_centre(pairs: &[Pair], weights: &[f64]) -> Option<Vector3<f64>> {
-    let total: f64 = weights.iter().sum();
-    let sum: Vector3<f64> = pairs.iter().zip(weights).map(|(pair, w)| pair.p.coords * *w).sum();
-    (total > 0.0).then(|| sum / total)
 }
 
 /// The step shortened, as a whole, to where the linearisation still means something.

@@ -13,8 +13,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
 
-use crate::moments::Moments;
-use crate::shape::Shape;
+use crate::surface::moments::Moments;
+use crate::surface::shape::Shape;
 
 /// Spreads closer than this ratio may have changed places.
 const CLOSE: f64 = 0.93;

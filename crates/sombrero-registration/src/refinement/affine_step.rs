@@ -7,17 +7,17 @@
 //! Σ wᵢ (rᵢ + nᵢ · M eᵢ + nᵢ · t)²,   rᵢ = nᵢ · (pᵢ - qᵢ),  eᵢ = qᵢ - c,
 //! ```
 //!
-//! twelve unknowns. As in `step`, M acts on q rather than on p: shrinking the suspect along an axis, or to a
-//! dot, is then no way to make the distances small.
+//! twelve unknowns. As in `similarity_step`, M acts on q rather than on p: shrinking the suspect along an axis, or
+//! to a dot, is then no way to make the distances small.
 //!
-//! Directions that the pairs leave open have eigenvalue zero (a cylinder may slide and turn; an ellipsoid, which
-//! affine maps take to a sphere, may turn): Levenberg's damping holds them still.
+//! A cylinder may slide and turn, and an ellipsoid, which affine maps take to a sphere, may turn: such directions
+//! are held still.
 
-use nalgebra::{Cholesky, Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 
-use crate::affine_map::AffineMap;
-use crate::pairs::Pair;
-use crate::step::weighted_centre;
+use crate::refinement::affine_map::AffineMap;
+use crate::refinement::pairs::Pair;
+use crate::refinement::reduction::{reduce, weighted_centre};
 
 /// Damping relative to the mean of the diagonal.
 const DAMPING: f64 = 1e-6;
@@ -28,19 +28,12 @@ const LONGEST: [f64; 2] = [0.3, 0.3];
 pub(crate) fn step(pairs: &[Pair], weights: &[f64]) -> AffineMap {
     let identity = AffineMap::new(Matrix3::identity(), Vector3::zeros());
     let Some(centre) = weighted_centre(pairs, weights) else { return identity };
-    let mut matrix = SMatrix::<f64, 12, 12>::zeros();
-    let mut right = SVector::<f64, 12>::zeros();
-    for (pair, &w) in pairs.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+    let row = |pair: &Pair| {
         let (n, e) = (pair.normal, pair.q.coords - centre);
         let [x, y, z] = [e.x, e.y, e.z].map(|e| n * e);
-        let row = SVector::from([x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z, n.x, n.y, n.z]);
-        matrix.syger(w, &row, &row, 1.0);
-        right.axpy(-w * pair.residual(), &row, 1.0);
-    }
-    let damping = (matrix.trace() / 12.0 * DAMPING).max(f64::MIN_POSITIVE);
-    matrix += SMatrix::identity() * damping;
-    let Some(factor) = Cholesky::new(matrix) else { return identity };
-    let x = factor.solve(&right);
+        SVector::from([x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z, n.x, n.y, n.z])
+    };
+    let Some(x) = reduce::<12>(pairs, weights, DAMPING, row) else { return identity };
     let (m, t) = (Matrix3::from_column_slice(&x.as_slice()[..9]), Vector3::from(x.fixed_rows::<3>(9)));
     let excess = (m.norm() / LONGEST[0]).max(t.norm() / LONGEST[1]).max(1.0);
     let linear = Matrix3::identity() + m / excess;

@@ -13,11 +13,11 @@ use std::f64::consts::{SQRT_2, TAU};
 use nalgebra::{Point3, Quaternion, Similarity3, UnitQuaternion};
 use rayon::prelude::*;
 
-use crate::lookup::Lookup;
-use crate::motion::Motion;
-use crate::ranking::{distinct, ranked};
-use crate::rough;
-use crate::sample::Sample;
+use crate::refinement::motion::Motion;
+use crate::starts::ranking::{distinct, ranked};
+use crate::starts::rough;
+use crate::surface::lookup::Lookup;
+use crate::surface::sample::Sample;
 
 /// Rotations that are tried.
 const COUNT: usize = 4_000;

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::landmark::{Cloud, Features, Landmark, RUNG, SPAN};
-use crate::sample::samples;
-use crate::shape::Shape;
+use crate::starts::landmark::{Cloud, Features, Landmark, RUNG, SPAN};
+use crate::surface::sample::samples;
+use crate::surface::shape::Shape;
 
 /// Landmarks of the reference.
 const COUNT: usize = 1_500;
@@ -17,6 +17,8 @@ const LEAST_DEVIATION: f32 = 0.02;
 #[derive(Debug, Clone)]
 pub(crate) struct Landmarks {
     pub(crate) landmarks: Vec<Landmark>,
+    /// Area of the surface, in squares of its diagonal.
+    pub(crate) area: f64,
     /// One over the standard deviation of each feature.
     pub(crate) weights: Features,
 }
@@ -28,7 +30,7 @@ impl Landmarks {
         let landmarks: Vec<_> =
             samples(shape, COUNT).par_iter().map(|s| cloud.landmark(s.point, &radii)).collect();
         let weights = weights(&landmarks);
-        Self { landmarks, weights }
+        Self { landmarks, area: shape.moments.area, weights }
     }
 }
 

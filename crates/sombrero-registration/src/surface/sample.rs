@@ -5,7 +5,7 @@
 use nalgebra::{Point3, Vector3};
 use sombrero_spatial::{SurfaceSample, spread_samples};
 
-use crate::shape::Shape;
+use crate::surface::shape::Shape;
 
 /// A point of a surface with its normal.
 #[derive(Debug, Clone, Copy)]
