@@ -4,6 +4,7 @@ mod deform;
 mod distance;
 mod energy;
 mod error;
+mod field;
 mod flip;
 mod frame;
 mod minimise;
@@ -18,5 +19,7 @@ mod tests;
 
 pub use energy::EnergyTerms;
 pub use error::ResampleError;
+/// The crate whose points stand in the signatures here.
+pub use nalgebra;
 pub use options::ResampleOptions;
 pub use resample::{Resampled, resample};

@@ -19,6 +19,7 @@ use argmin::solver::linesearch::MoreThuenteLineSearch;
 use nalgebra::Vector3;
 
 use crate::energy::Energy;
+use crate::field::Field;
 
 /// Evaluations allowed for each iteration, on average: two or three are usual, but a search along the edge of
 /// a turning face may take any number.
@@ -31,7 +32,7 @@ const WOLFE: (f64, f64) = (1e-4, 0.4);
 /// An iteration that lowers the energy by less than this fraction is the last one of its round.
 const DECREASE: f64 = 1e-5;
 
-/// Moves `points` downhill, for so many iterations at most; returns how many it took. `say` is told how many are over.
+/// Moves `points` downhill, for `iterations` at most; returns how many it took. `say` is told how many are over.
 pub(crate) fn minimise(
     energy: &Energy<'_>,
     points: &mut [Vector3<f64>],
@@ -40,7 +41,7 @@ pub(crate) fn minimise(
 ) -> usize {
     let roots: Vec<f64> = energy.curvatures().into_iter().map(f64::sqrt).collect();
     let start = points.iter().zip(&roots).flat_map(|(p, r)| [p.x * r, p.y * r, p.z * r]).collect();
-    let memory = RefCell::new(Memory::new(start, EVALUATIONS * iterations));
+    let memory = RefCell::new(Memory::new(Field(start), EVALUATIONS * iterations));
     loop {
         let before = memory.borrow().best_cost;
         let left = iterations - memory.borrow().iterations;
@@ -54,7 +55,7 @@ pub(crate) fn minimise(
         }
     }
     let memory = memory.into_inner();
-    unscale(&memory.best, &roots, points);
+    unscale(&memory.best.0, &roots, points);
     memory.iterations
 }
 
@@ -64,9 +65,8 @@ fn run(objective: Objective<'_>, iterations: usize, say: &dyn Fn(usize)) -> Resu
     let start = memory.borrow().best.clone();
     let inner = NonlinearConjugateGradient::new(search, PolakRibierePlus::new());
     let solver = Settling { inner, memory, previous: f64::INFINITY, say };
-    let configured = |state: IterState<Vec<f64>, Vec<f64>, (), (), (), f64>| {
-        state.param(start).max_iters(iterations as u64)
-    };
+    let configured =
+        |state: IterState<Field, Field, (), (), (), f64>| state.param(start).max_iters(iterations as u64);
     Executor::new(objective, solver).configure(configured).timer(false).run()?;
     Ok(())
 }
@@ -79,12 +79,12 @@ fn unscale(x: &[f64], roots: &[f64], points: &mut [Vector3<f64>]) {
 
 /// What outlives the solver.
 struct Memory {
-    best: Vec<f64>,
+    best: Field,
     best_cost: f64,
     /// The last point, with its value and gradient: argmin asks for them one by one and repeatedly.
-    last: Vec<f64>,
+    last: Field,
     cost: f64,
-    gradient: Vec<f64>,
+    gradient: Field,
     evaluations: usize,
     /// Evaluations allowed.
     budget: usize,
@@ -95,14 +95,14 @@ struct Memory {
 }
 
 impl Memory {
-    fn new(start: Vec<f64>, budget: usize) -> Self {
-        let zeros = vec![Vector3::zeros(); start.len() / 3];
+    fn new(start: Field, budget: usize) -> Self {
+        let zeros = vec![Vector3::zeros(); start.0.len() / 3];
         Self {
             best: start,
             best_cost: f64::INFINITY,
-            last: Vec::new(),
+            last: Field::default(),
             cost: f64::INFINITY,
-            gradient: Vec::new(),
+            gradient: Field::default(),
             evaluations: 0,
             budget,
             iterations: 0,
@@ -120,23 +120,22 @@ struct Objective<'a> {
 }
 
 impl Objective<'_> {
-    fn visit(&self, x: &[f64]) -> Result<(), Error> {
+    fn visit(&self, x: &Field) -> Result<(), Error> {
         let mut guard = self.memory.borrow_mut();
         let memory = &mut *guard;
-        if memory.last == x {
+        if memory.last == *x {
             return Ok(());
         }
         if memory.evaluations >= memory.budget {
             return Err(Error::msg("no more evaluations"));
         }
         memory.evaluations += 1;
-        unscale(x, self.roots, &mut memory.points);
+        unscale(&x.0, self.roots, &mut memory.points);
         memory.cost = self.energy.evaluate(&memory.points, &mut memory.slopes).total();
-        memory.gradient.clear();
+        memory.gradient.0.clear();
         let scaled = memory.slopes.iter().zip(self.roots).flat_map(|(g, r)| [g.x / r, g.y / r, g.z / r]);
-        memory.gradient.extend(scaled);
-        memory.last.clear();
-        memory.last.extend_from_slice(x);
+        memory.gradient.0.extend(scaled);
+        memory.last.clone_from(x);
         // A comparison with NaN is false.
         if memory.cost < memory.best_cost {
             memory.best_cost = memory.cost;
@@ -147,20 +146,20 @@ impl Objective<'_> {
 }
 
 impl CostFunction for Objective<'_> {
-    type Param = Vec<f64>;
+    type Param = Field;
     type Output = f64;
 
-    fn cost(&self, x: &Vec<f64>) -> Result<f64, Error> {
+    fn cost(&self, x: &Field) -> Result<f64, Error> {
         self.visit(x)?;
         Ok(self.memory.borrow().cost)
     }
 }
 
 impl Gradient for Objective<'_> {
-    type Param = Vec<f64>;
-    type Gradient = Vec<f64>;
+    type Param = Field;
+    type Gradient = Field;
 
-    fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
+    fn gradient(&self, x: &Field) -> Result<Field, Error> {
         self.visit(x)?;
         Ok(self.memory.borrow().gradient.clone())
     }
