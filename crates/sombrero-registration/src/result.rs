@@ -38,7 +38,7 @@ pub struct Registration<M = Similarity3<f64>> {
     pub alternatives: Vec<Pose<M>>,
     /// Share of the two surfaces that lie within half a percent of the reference's diagonal of each other, 0 to 1.
     pub agreement: f64,
-    /// Of what has a counterpart (within 2 % of the diagonal), the share that is so close to it, 0 to 1.
+    /// Share of what has a counterpart (within 2 % of the diagonal) that is so close to it, 0 to 1.
     pub sharpness: f64,
     /// Whether the suspect shows the reference, as far as the surfaces tell: `agreement` is at least 0.4 and
     /// `sharpness` at least 0.7. A pose that is not trusted is most likely wrong, or the suspect another shape.

@@ -21,7 +21,7 @@ const REFINED: usize = 8;
 const REFINED_REACH: f64 = 0.1;
 /// A score up to this ends the search: nine tenths of both surfaces agree.
 pub(crate) const GOOD: f64 = 0.1;
-/// Of several starts, when one is good as it is, those this much worse are not tried.
+/// Difference in score by which a start is not worth a trial, when another one is good as it is.
 const HOPELESS: f64 = 0.3;
 /// Poses whose points are closer than this on average are the same, in units of the diagonal.
 const SAME: f64 = 0.01;
@@ -101,7 +101,7 @@ impl<'a> Search<'a> {
         comparable(self.sorted(candidates.into_par_iter().map(refine).collect()))
     }
 
-    /// Of candidates none of which can be trusted, the best one after some more steps: a full refinement would
+    /// The best of candidates that cannot be trusted, after some more steps: a full refinement would
     /// take long to find nothing.
     pub(crate) fn given_up<M: Motion>(&self, candidates: &[Candidate<M>]) -> Vec<Candidate<M>> {
         let finish = |candidate: &Candidate<M>| {

@@ -31,17 +31,19 @@ pub(crate) struct Energy<'a> {
 
 /// A value of the energy, by terms and with their weights.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct EnergyTerms {
-    /// E_dist, in squares of the original's largest side.
+    /// The distance of the samples, E_dist, in squares of the original's largest side.
     pub distance: f64,
-    /// c_d E_deform, in squares of the original's largest side.
+    /// The stretch of the springs, c_d E_deform, in squares of the original's largest side.
     pub deform: f64,
-    /// c_f E_flip.
+    /// The penalty on turned faces, c_f E_flip.
     pub flip: f64,
 }
 
 impl EnergyTerms {
-    /// E.
+    /// The whole energy E, the sum of its terms.
     pub fn total(&self) -> f64 {
         self.distance + self.deform + self.flip
     }
@@ -107,7 +109,7 @@ impl Energy<'_> {
         energy
     }
 
-    /// About the second derivative by each vertex, E_flip left out; above 0.
+    /// The second derivative by each vertex, about, E_flip left out; above 0.
     pub(crate) fn curvatures(&self) -> Vec<f64> {
         let of_corner = |&corner: &u32| {
             let (f, i) = (corner as usize / 3, corner as usize % 3);

@@ -1,3 +1,5 @@
+//! Questions without an answer.
+
 use thiserror::Error;
 
 /// A question without an answer.

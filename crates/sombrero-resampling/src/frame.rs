@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::{BoundingBox, Soup};
 
-use crate::ResampleError;
+use crate::error::ResampleError;
 
 /// Coordinates larger than this are refused: products of four of them must not overflow.
 const LARGEST: f64 = 1e70;

@@ -1,4 +1,6 @@
-use crate::ResampleError;
+//! How a fit is made, and what each weight means.
+
+use crate::error::ResampleError;
 
 /// How [`resample`](crate::resample) fits.
 ///
@@ -25,6 +27,7 @@ use crate::ResampleError;
 ///   the original, and so a little smaller, springs then press such a vertex out of the surface, to where no
 ///   sample's projection reaches it.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ResampleOptions {
     /// Points drawn on the suspect, for each vertex of the original that has a face. Default 8.
     pub samples_per_vertex: f64,
@@ -33,18 +36,17 @@ pub struct ResampleOptions {
     /// c_f, the weight of the penalty on turned faces, for lengths in largest sides. Default 3e-3.
     pub flip_weight: f64,
     /// μ, the part of its motion along the surface that a sample resists within a round, from 0 to 1.
-    /// Default 2e-3. It changes
-    /// the way and not the goal; 1 is the plain reading of the paper, which takes many more rounds.
+    /// Default 2e-3. It changes the way and not the goal; 1 is the plain reading of the paper, which takes many more rounds.
     pub sliding_resistance: f64,
     /// Rounds of projecting the samples and minimising, at most. Default 8.
     pub rounds: usize,
     /// Iterations of conjugate gradient in each round, at most. Default 20.
     pub iterations: usize,
-    /// Samples farther than this from the original, in largest sides, are left out. Default 0.05.
+    /// Distance from the original, in largest sides, beyond which samples are left out. Default 0.05.
     pub max_distance: f64,
-    /// A vertex that ends up farther than this from the suspect, in largest sides, is missing. Default 0.02.
+    /// Distance from the suspect, in largest sides, beyond which a fitted vertex is missing. Default 0.02.
     pub missing_distance: f64,
-    /// Stop when a round moves no vertex farther than this, in largest sides. Default 1e-6.
+    /// Largest motion of a vertex in the last round, in largest sides: fitting stops at it. Default 1e-6.
     pub tolerance: f64,
 }
 

@@ -31,7 +31,7 @@ struct Sample {
 
 /// What holds the samples now.
 pub(crate) struct Attached {
-    /// By face.
+    /// What holds the samples, by face.
     pub(crate) attachments: Lists<Attachment>,
     /// How many samples are attached.
     pub(crate) count: usize,

@@ -13,17 +13,19 @@ use sombrero_mesh::Soup;
 use sombrero_progress::Progress;
 
 use crate::energy::{Energy, EnergyTerms};
+use crate::error::ResampleError;
 use crate::frame::{Frame, usable_faces};
 use crate::minimise::minimise;
 use crate::missing::{Evidence, present};
+use crate::options::ResampleOptions;
 use crate::projection::Projection;
-use crate::{ResampleError, ResampleOptions};
 
 /// The original's vertices on the suspect.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Resampled {
-    /// For each vertex of the original where it is, in model units; `None` when it has no counterpart.
+    /// Positions on the suspect, one a vertex of the original, in model units; `None` without a counterpart.
     pub positions: Vec<Option<Point3<f64>>>,
     /// Root mean square distance of the attached samples from the fitted original, in model units; 0 when
     /// none is attached.

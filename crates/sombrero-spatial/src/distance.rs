@@ -32,6 +32,7 @@ const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
 
 /// How [`compare`] samples.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DistanceOptions {
     /// Points spread over each surface, besides its vertices. Default 200,000.
     pub samples: usize,
@@ -45,27 +46,31 @@ impl Default for DistanceOptions {
 
 /// Distances from one surface to the other, in model units.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct OneSided {
-    /// Largest over vertices and samples.
+    /// Largest distance of a vertex or sample.
     pub max: f64,
-    /// Mean by area (over the vertices when there is no area or no sample).
+    /// Mean distance by area (over the vertices when there is no area or no sample).
     pub mean: f64,
-    /// Root of the mean square, by area like the mean.
+    /// Root mean square distance, by area like the mean.
     pub rms: f64,
 }
 
 /// Distances between two surfaces, in model units.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Distances {
-    /// The larger of the two maxima: symmetric Hausdorff distance.
+    /// Hausdorff distance, the larger of the two maxima.
     pub hausdorff: f64,
-    /// Mean over both surfaces, by area.
+    /// Mean distance over both surfaces, by area.
     pub mean: f64,
-    /// Root of the mean square over both surfaces, by area.
+    /// Root mean square distance over both surfaces, by area.
     pub rms: f64,
-    /// From the first surface to the second.
+    /// Distances from the first surface to the second.
     pub forward: OneSided,
-    /// From the second surface to the first.
+    /// Distances from the second surface to the first.
     pub backward: OneSided,
 }
 

@@ -11,6 +11,8 @@ use crate::limits::corners;
 
 /// A point on a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct SurfaceSample {
     /// Index of the triangle.
     pub face: u32,

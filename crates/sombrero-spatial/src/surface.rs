@@ -13,6 +13,8 @@ const CHUNK: usize = 256;
 
 /// The closest point of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Closest {
     /// The point, computed from the barycentric coordinates.
     pub point: Point3<f64>,
@@ -82,7 +84,7 @@ impl Surface {
         self.improve(p, Best::within(max_distance * max_distance))
     }
 
-    /// The same answer as [`Surface::closest`], sooner when `face` is close to it.
+    /// The closest point to `p`, as [`Surface::closest`] has it, sooner when `face` is close to it.
     ///
     /// A face of the previous iteration, or of a neighbouring query, makes a good start. Any number is
     /// allowed.

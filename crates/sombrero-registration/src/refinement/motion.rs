@@ -25,7 +25,7 @@ pub(crate) trait Motion: Copy + Send + Sync {
     /// First `first`, then this.
     fn after(&self, first: &Self) -> Self;
 
-    /// From the unit frames to model units; `None` when the sizes are too far apart for the numbers.
+    /// The map in model units, between the model frames; `None` when the sizes are too far apart for the numbers.
     fn to_model(&self, reference: &Shape, suspect: &Shape) -> Option<Self::Model>;
 }
 

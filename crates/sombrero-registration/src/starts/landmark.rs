@@ -187,7 +187,7 @@ impl Ball {
             .map(|x| x as f32)
     }
 
-    /// By the longest tangential axis of the covariance, and by the side on which the centroid lies.
+    /// The frames by the side on which the centroid lies, and by the longest tangential axis of the covariance.
     fn frames(&self, z: &Vector3<f64>, r: f64, rule: usize) -> impl Iterator<Item = Frame> {
         let frame = |x: Vector3<f64>, rule, two_fold| {
             let x = (x - z * z.dot(&x)).try_normalize(1e-9)?;

@@ -5,7 +5,7 @@ use nalgebra::{Affine3, Matrix3, Matrix4, Similarity3, Translation3, UnitQuatern
 use crate::error::RegistrationError;
 use crate::surface::shape::Shape;
 
-/// From the unit frames to model units: the similarity that `pose` is between the unit frames.
+/// The similarity in model units that `pose` is between the unit frames.
 pub(crate) fn to_model(
     reference: &Shape,
     suspect: &Shape,
@@ -18,7 +18,7 @@ pub(crate) fn to_model(
     similarity(shift, rotation, scale)
 }
 
-/// From the unit frames to model units: the affine map that x' = `linear` x + `shift` is between the unit frames.
+/// The affine map in model units that x' = `linear` x + `shift` is between the unit frames.
 pub(crate) fn affine_to_model(
     reference: &Shape,
     suspect: &Shape,

@@ -34,7 +34,7 @@ impl Lookup {
         Self::of_samples(samples(shape, SAMPLES).into_iter().map(Sample::with_unit_normal).collect())
     }
 
-    /// Of at most [`SAMPLES`] samples with normals of length 1, in a space of about size 1.
+    /// The table of at most [`SAMPLES`] samples with normals of length 1, in a space of about size 1.
     pub(crate) fn of_samples(samples: Vec<Sample>) -> Self {
         let mut low = Point3::from(Vector3::repeat(f64::INFINITY));
         let mut high = -low;
@@ -109,7 +109,7 @@ impl Lookup {
     }
 }
 
-/// Of the 26 neighbours of a cell those that a sweep visits before it.
+/// The neighbours of a cell, of 26, that a sweep visits before it.
 fn earlier(at: [usize; 3], counts: [usize; 3], forwards: bool) -> impl Iterator<Item = usize> {
     let sign: isize = if forwards { 1 } else { -1 };
     // The first 13 of the 27 offsets in order are those before the middle.

@@ -18,7 +18,7 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// With the normal's length 1, or 0 where there is none.
+    /// This sample with a normal of length 1, or 0 where there is none.
     pub(crate) fn with_unit_normal(self) -> Self {
         Self { normal: self.normal.try_normalize(0.0).unwrap_or_default(), ..self }
     }

@@ -36,7 +36,7 @@ pub(crate) struct FitMeasure<'a> {
 /// How well a pose fits; lengths in units of the reference's diagonal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fit {
-    /// From 0, the same surface, to 1, nothing in common.
+    /// How little the surfaces have in common, from 0, the same surface, to 1, nothing.
     pub(crate) score: f64,
     /// Root mean square distance of the suspect's matched samples; of all when none is matched.
     pub(crate) rms: f64,
@@ -62,7 +62,7 @@ impl Fit {
         (variance(self.overlap) + variance(self.suspect_overlap)).max(0.0).sqrt() / 2.0
     }
 
-    /// Of what has a counterpart, the share that is close to it, 0 to 1.
+    /// Share of what has a counterpart that is close to it, 0 to 1.
     pub(crate) fn sharpness(&self) -> f64 {
         let matched = self.overlap + self.suspect_overlap;
         if matched > 0.0 { (self.close[0] + self.close[1]) / matched } else { 0.0 }
