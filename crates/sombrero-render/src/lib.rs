@@ -2,14 +2,18 @@
 
 mod camera;
 mod colormap;
+mod grid;
 mod image;
 mod light;
 mod normals;
+mod options;
 mod raster;
 mod render;
+mod scene;
 
 pub use camera::{Camera, used_points};
 pub use colormap::{ColorMap, HeatMap};
 pub use image::{Image, ImageError};
 pub use normals::Shading;
-pub use render::{RenderOptions, Wireframe, render};
+pub use options::{RenderOptions, Wireframe};
+pub use render::render;

@@ -3,73 +3,15 @@
 //! The samples of a pixel are averaged in linear light with opacity multiplied in, which keeps edges clean on
 //! transparent backgrounds. Cost: the triangles' bounding boxes in samples, plus one shading per visible sample.
 
-use nalgebra::{Point3, Vector3};
-
-use crate::camera::{Camera, Projected, used_points};
-use crate::colormap::{ColorMap, HeatMap, fraction};
+use crate::camera::{Camera, used_points};
+use crate::colormap::ColorMap;
+use crate::grid::Grid;
 use crate::image::Image;
-use crate::light::{Light, Rig, encode, from_srgb, linear};
-use crate::normals::{Shading, corner_normals, unit_or_zero};
-use crate::raster::{Buffer, Facet, NONE};
-
-/// Size and look of a picture.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RenderOptions {
-    /// Pixels in a row, clamped to 1..=4096. Default 800.
-    pub width: u32,
-    /// Rows, clamped to 1..=4096. Default 800.
-    pub height: u32,
-    /// The view; `None` frames the mesh from the front, a little from the right and from above (+y up). Default `None`.
-    pub camera: Option<Camera>,
-    /// How normals blend. Default [`Shading::Creased`].
-    pub shading: Shading,
-    /// Samples along each side of a pixel, clamped to 1..=4 and to 64 million samples in all. Default 3.
-    pub supersampling: u32,
-    /// Colour where there is no surface, sRGB with opacity. Default an opaque warm white.
-    pub background: [u8; 4],
-    /// Colour of the surface, sRGB. Default clay.
-    pub color: [u8; 3],
-    /// Colour of the back of triangles, seen through holes. Default a darker, redder clay.
-    pub back_color: [u8; 3],
-    /// Draw the edges of the triangles; `None` draws none. Default `None`.
-    pub wireframe: Option<Wireframe>,
-    /// Colour the surface by a scalar per vertex; `None` leaves it clay. Default `None`.
-    pub heat_map: Option<HeatMap>,
-}
-
-impl Default for RenderOptions {
-    fn default() -> Self {
-        Self {
-            width: 800,
-            height: 800,
-            camera: None,
-            shading: Shading::default(),
-            supersampling: 3,
-            background: [247, 246, 243, 255],
-            color: [214, 203, 188],
-            back_color: [150, 112, 96],
-            wireframe: None,
-            heat_map: None,
-        }
-    }
-}
-
-/// The look of drawn edges.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wireframe {
-    /// Width in pixels. Default 1.
-    pub width: f64,
-    /// Colour, sRGB. Default a dark grey.
-    pub color: [u8; 3],
-    /// How much of the surface's colour a line hides, from 0 to 1. Default 0.6.
-    pub opacity: f64,
-}
-
-impl Default for Wireframe {
-    fn default() -> Self {
-        Self { width: 1.0, color: [40, 42, 48], opacity: 0.6 }
-    }
-}
+use crate::light::{Light, encode, linear};
+use crate::options::RenderOptions;
+use crate::raster::{Buffer, NONE};
+use crate::scene::Scene;
+use nalgebra::{Point3, Vector3};
 
 /// Draws triangles, counter-clockwise seen from outside, with corners given as indices into `points` (model units).
 ///
@@ -92,186 +34,6 @@ pub fn render(points: &[Point3<f64>], triangles: &[[u32; 3]], options: &RenderOp
 
 fn default_camera(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Camera {
     Camera::framing(&used_points(points, triangles), Vector3::new(-0.45, -0.35, -1.0), Vector3::y())
-}
-
-/// Pixels and samples.
-struct Grid {
-    width: usize,
-    height: usize,
-    /// Width in pixels of the strip at the right that the colour bar takes.
-    strip: usize,
-    /// Samples along a pixel's side.
-    side: usize,
-}
-
-impl Grid {
-    fn new(options: &RenderOptions) -> Self {
-        const MOST_SAMPLES: usize = 1 << 26;
-        let width = options.width.clamp(1, 4096) as usize;
-        let height = options.height.clamp(1, 4096) as usize;
-        let mut side = options.supersampling.clamp(1, 4) as usize;
-        while side > 1 && width * height * side * side > MOST_SAMPLES {
-            side -= 1;
-        }
-        let has_bar = options.heat_map.as_ref().is_some_and(|map| map.bar);
-        let strip = if has_bar && width >= 64 { width / 12 } else { 0 };
-        Self { width, height, strip, side }
-    }
-
-    fn columns(&self) -> usize {
-        (self.width - self.strip) * self.side
-    }
-
-    fn rows(&self) -> usize {
-        self.height * self.side
-    }
-}
-
-/// The triangles that may be seen, and all it takes to shade them.
-struct Scene<'a> {
-    camera: &'a Camera,
-    options: &'a RenderOptions,
-    side: usize,
-    view: Vec<Vector3<f64>>,
-    facets: Vec<Facet>,
-    /// Corners of each facet.
-    corners: Vec<[usize; 3]>,
-    normals: Vec<[Vector3<f64>; 3]>,
-    range: Option<(f64, f64)>,
-    rig: Rig,
-    colors: Colors,
-}
-
-/// The options' colours in linear light.
-struct Colors {
-    front: Light,
-    back: Light,
-    line: Light,
-}
-
-impl<'a> Scene<'a> {
-    fn new(
-        points: &[Point3<f64>],
-        triangles: &[[u32; 3]],
-        camera: &'a Camera,
-        grid: &Grid,
-        options: &'a RenderOptions,
-    ) -> Self {
-        let view: Vec<_> = points.iter().map(|p| camera.view(p)).collect();
-        let valid = valid_triangles(&view, triangles);
-        // Normals come from all valid triangles, so that those outside of the picture still shape their neighbours.
-        let all_normals = corner_normals(&view, &valid, options.shading);
-        let samples = picture_points(&view, camera, grid);
-        let (mut facets, mut corners, mut normals) = (Vec::new(), Vec::new(), Vec::new());
-        for (triangle, normal) in valid.into_iter().zip(all_normals) {
-            let facet = in_picture(&samples, &triangle)
-                .and_then(|corners| Facet::new(&corners, grid.columns(), grid.rows()));
-            if let Some(facet) = facet {
-                facets.push(facet);
-                corners.push(triangle);
-                normals.push(normal);
-            }
-        }
-        let color = |c: [u8; 3]| from_srgb(c.map(f64::from));
-        let line = options.wireframe.unwrap_or_default().color;
-        let colors =
-            Colors { front: color(options.color), back: color(options.back_color), line: color(line) };
-        let range = options.heat_map.as_ref().and_then(HeatMap::effective_range);
-        Self {
-            camera,
-            options,
-            side: grid.side,
-            view,
-            facets,
-            corners,
-            normals,
-            range,
-            rig: Rig::new(),
-            colors,
-        }
-    }
-
-    /// Light at a sample of the given facet.
-    fn shade(&self, index: usize, x: f64, y: f64) -> Light {
-        let facet = &self.facets[index];
-        let lambda = facet.lambda(x, y);
-        let at = facet.in_space(&lambda);
-        let normal = self.normal(index, &at);
-        let surface = match self.heat(index, &at) {
-            Some(albedo) => self.rig.shade_softly(&albedo, &normal),
-            None => {
-                let position = blend(&at, &self.corners[index].map(|v| self.view[v]));
-                let albedo = if facet.front { &self.colors.front } else { &self.colors.back };
-                self.rig.shade(albedo, &normal, &unit_or_zero(&self.camera.toward_eye(&position)))
-            }
-        };
-        let line = self.line_share(facet, &lambda);
-        surface * (1.0 - line) + self.colors.line * line
-    }
-
-    /// Unit normal, turned to the side that is seen.
-    fn normal(&self, index: usize, at: &[f64; 3]) -> Vector3<f64> {
-        let normal = unit_or_zero(&blend(at, &self.normals[index]));
-        if self.facets[index].front { normal } else { -normal }
-    }
-
-    /// Colour of the heat map, if it has values at all three corners.
-    fn heat(&self, index: usize, at: &[f64; 3]) -> Option<Light> {
-        let (map, range) = (self.options.heat_map.as_ref()?, self.range?);
-        let mut t = 0.0;
-        for (share, &corner) in at.iter().zip(&self.corners[index]) {
-            let value = map.values.get(corner).filter(|v| v.is_finite())?;
-            t += share * fraction(*value, range);
-        }
-        Some(from_srgb(map.colors.blend(t)))
-    }
-
-    /// How much of the sample a wireframe line hides.
-    fn line_share(&self, facet: &Facet, lambda: &[f64; 3]) -> f64 {
-        let Some(wireframe) = self.options.wireframe else {
-            return 0.0;
-        };
-        // Either neighbour draws the half of the line on its side of the edge.
-        let reach = 0.5 * wireframe.width * self.side as f64;
-        let on_line = lambda.iter().zip(facet.heights).any(|(l, height)| l * height < reach);
-        if on_line { wireframe.opacity.clamp(0.0, 1.0) } else { 0.0 }
-    }
-}
-
-/// Triangles whose corners exist and are finite.
-fn valid_triangles(view: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Vec<[usize; 3]> {
-    let good: Vec<bool> = view.iter().map(|p| p.iter().all(|c| c.is_finite())).collect();
-    let is_good = |corner: usize| good.get(corner).copied().unwrap_or(false);
-    // One index stays free for "no triangle"; nobody has four billion triangles.
-    let most = NONE as usize - 1;
-    triangles
-        .iter()
-        .map(|t| t.map(|corner| corner as usize))
-        .filter(|t| t.iter().all(|&corner| is_good(corner)))
-        .take(most)
-        .collect()
-}
-
-type SamplePoint = Option<Projected>;
-
-/// Projected points in samples, y downwards.
-fn picture_points(view: &[Vector3<f64>], camera: &Camera, grid: &Grid) -> Vec<SamplePoint> {
-    let [scale, dx, dy] = camera.picture_scale(grid.columns() as f64, grid.rows() as f64);
-    view.iter()
-        .map(|p| {
-            let mut p = camera.project(p)?;
-            (p.x, p.y) = (p.x * scale + dx, dy - p.y * scale);
-            Some(p)
-        })
-        .collect()
-}
-
-fn in_picture(points: &[SamplePoint], &[a, b, c]: &[usize; 3]) -> Option<[Projected; 3]> {
-    Some([points[a]?, points[b]?, points[c]?])
-}
-
-fn blend(at: &[f64; 3], values: &[Vector3<f64>; 3]) -> Vector3<f64> {
-    values[0] * at[0] + values[1] * at[1] + values[2] * at[2]
 }
 
 /// Averages the samples of each pixel over the background.
@@ -331,6 +93,8 @@ fn draw_bar(image: &mut Image, colors: ColorMap, strip: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colormap::HeatMap;
+    use crate::options::Wireframe;
     use proptest::prelude::*;
 
     const BLACK: [u8; 4] = [0, 0, 0, 255];
