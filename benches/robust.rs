@@ -3,7 +3,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::{Attack, apply_all};
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::extraction::{Deformation, Extractor, Nuisance};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, match_connectivity};
@@ -14,7 +14,7 @@ use sombrero_benches::subjects;
 use std::hint::black_box;
 
 fn attacked(soup: &Soup, specs: &str) -> Soup {
-    let attacks: Vec<Attack> = specs.split(' ').filter_map(|spec| spec.parse().ok()).collect();
+    let attacks = parse_list(specs).expect("specs of attacks");
     apply_all(&attacks, soup, &mut ChaCha8Rng::seed_from_u64(1)).expect("attacks on a clean surface").soup
 }
 

@@ -4,7 +4,7 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::Attack;
+use sombrero::attacks::parse_list;
 use sombrero::basis::{BasisFunction, BasisOptions};
 use sombrero::io::{Document, Format};
 use sombrero::shapes;
@@ -42,8 +42,7 @@ fn what_is_found_without_a_hint_does_not_depend_on_threads() {
     let original = document(Format::Obj, &shapes::bust(12));
     let mark = marked(&original, 1);
     let copy = Document::parse(mark.bytes, None).unwrap();
-    let attacks: Vec<Attack> =
-        ["simplify:ratio=0.4", "noise:amplitude=0.008", "transform"].map(|s| s.parse().unwrap()).to_vec();
+    let attacks = parse_list("simplify:ratio=0.4 noise:amplitude=0.008 transform").unwrap();
     let suspect = attack(&copy, &attacks, &mut ChaCha8Rng::seed_from_u64(3)).unwrap();
     let suspect = Document::parse(suspect.bytes, None).unwrap();
     let run = |threads| {
@@ -94,7 +93,7 @@ fn one_seed_makes_one_attack() {
     for sample in samples(&ring()) {
         let document = Document::parse(sample.bytes, Some(sample.extension)).unwrap();
         for spec in specs.split(' ').chain(["none"]) {
-            let attacks: Vec<Attack> = vec![spec.parse().unwrap()];
+            let attacks = parse_list(spec).unwrap();
             let run = |seed, threads| {
                 with_threads(threads, || attack(&document, &attacks, &mut ChaCha8Rng::seed_from_u64(seed)))
                     .unwrap()

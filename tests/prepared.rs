@@ -4,6 +4,7 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use sombrero::attacks::parse_list;
 use sombrero::io::{Document, Format};
 use sombrero::shapes;
 use sombrero::{DetectOptions, Detection, Detector, Method, PreparedBasis, Stages, attack};
@@ -24,7 +25,7 @@ fn verdicts_are_the_same_to_the_bit() {
     let stored = PreparedBasis::parse(&new.prepared_basis(), &mark.key).unwrap();
     let stored = Detector::with_prepared_basis(&original, mark.key, stored).unwrap();
     let look = |source: &Document, specs: &str, method: Method| {
-        let attacks: Vec<_> = specs.split(' ').map(|s| s.parse().unwrap()).collect();
+        let attacks = parse_list(specs).unwrap();
         let bytes = attack(source, &attacks, &mut ChaCha8Rng::seed_from_u64(5)).unwrap().bytes;
         let suspect = Document::parse(bytes, None).unwrap();
         let options = DetectOptions { method, ..DetectOptions::default() };

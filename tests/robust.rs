@@ -5,7 +5,7 @@
 use nalgebra::{Point3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::{Attack, apply_all};
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::io::{Document, Format};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
@@ -33,7 +33,7 @@ fn bust() -> Soup {
 }
 
 fn attacked(soup: &Soup, specs: &str) -> Soup {
-    let attacks: Vec<Attack> = specs.split(' ').map(|s| s.parse().unwrap()).collect();
+    let attacks = parse_list(specs).unwrap();
     apply_all(&attacks, soup, &mut ChaCha8Rng::seed_from_u64(8)).unwrap().soup
 }
 

@@ -4,7 +4,7 @@
 use nalgebra::Point3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::{Attack, apply_all};
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
@@ -55,7 +55,7 @@ fn a_small_piece_that_was_not_moved_is_found_where_it_lies() {
     let original = document(&shapes::part(shapes::PART_RESOLUTION));
     let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default()).unwrap();
     let copy = Document::parse(marked.bytes, None).unwrap().soup().clone();
-    let attacks: Vec<Attack> = ["crop:fraction=0.8", "simplify:ratio=0.5"].map(|s| s.parse().unwrap()).into();
+    let attacks = parse_list("crop:fraction=0.8 simplify:ratio=0.5").unwrap();
     let piece = apply_all(&attacks, &copy, &mut ChaCha8Rng::seed_from_u64(1)).unwrap().soup;
     let detector = Detector::new(&original, marked.key).unwrap();
     let detection = look(&detector, &piece).unwrap();

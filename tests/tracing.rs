@@ -5,7 +5,7 @@
 use nalgebra::Point3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::{Attack, apply_all};
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::io::{Document, Format, Rewrite};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
@@ -82,10 +82,8 @@ fn leakers_who_average_their_copies_are_all_named_and_nobody_else() {
 #[test]
 fn two_leakers_are_named_after_noise_simplification_and_a_crop() {
     let shop = Shop::new();
-    let attacks: Vec<Attack> =
-        ["reorder", "transform", "noise:amplitude=0.001", "simplify:ratio=0.6", "crop:fraction=0.2"]
-            .map(|s| s.parse().unwrap())
-            .into();
+    let attacks =
+        parse_list("reorder transform noise:amplitude=0.001 simplify:ratio=0.6 crop:fraction=0.2").unwrap();
     let suspect = apply_all(&attacks, &shop.averaged(&[5, 600]), &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
     assert_eq!(named(&shop.trace(&suspect.soup)), [5, 600]);
 }

@@ -5,8 +5,11 @@
 //!
 //! So det A = 1, and the condition number, largest over smallest s, is 1 + S for every draw.
 
-use crate::attack::{AttackError, in_range};
-use crate::transform::random_rotation;
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::random::random_rotation;
+use crate::spec::Given;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rand::{Rng, RngExt};
 use sombrero_mesh::Soup;
@@ -40,6 +43,27 @@ fn centroid(soup: &Soup) -> Point3<f64> {
     let count = used.iter().filter(|used| **used).count().max(1) as f64;
     let places = soup.points.iter().zip(used).filter(|(_, used)| *used).map(|(p, _)| p.coords / count);
     Point3::from(places.sum::<Vector3<f64>>())
+}
+
+/// A random linear map about the centroid that keeps volumes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Affine {
+    /// S, the condition number less one, between 0 and 10.
+    pub strength: f64,
+}
+
+impl Operation for Affine {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        Ok(Self { strength: given.needed_number("strength")? })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("strength", self.strength.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
+        Ok(Attacked::moved(soup, affine(soup, self.strength, rng)?))
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,10 @@
 //! Cropping (row K): all vertices in the right part of the bounding box go, and their faces with them.
 
-use crate::attack::{AttackError, Attacked};
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
+use rand::Rng;
 use sombrero_mesh::Soup;
 
 /// Drops the `share` of the used vertices that lie furthest to the right, as the benchmark of Wang et al. (2010)
@@ -35,20 +39,46 @@ fn cut(soup: &Soup, limit: f64) -> Result<Attacked, AttackError> {
     if triangles.is_empty() {
         return Err(AttackError::NothingLeft);
     }
-    Ok(compacted(Soup::new(soup.points.clone(), triangles)))
+    let (left, source) = Soup::new(soup.points.clone(), triangles).compacted();
+    Ok(Attacked::picked(left, source))
 }
 
-/// Leaves out the vertices that no face uses.
-pub(crate) fn compacted(soup: Soup) -> Attacked {
-    let mut place = vec![0u32; soup.points.len()];
-    let mut source = Vec::new();
-    for (v, _) in soup.used().into_iter().enumerate().filter(|(_, used)| *used) {
-        place[v] = source.len() as u32;
-        source.push(v as u32);
+/// What goes of the right of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Crop {
+    /// The vertices in this fraction of the bounding box, and their faces.
+    Fraction(f64),
+    /// This fraction of the vertices, and their faces.
+    Vertices(f64),
+}
+
+impl Operation for Crop {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        match given.number("vertices")? {
+            Some(share) => Ok(Self::Vertices(share)),
+            None => Ok(Self::Fraction(given.needed_number("fraction")?)),
+        }
     }
-    let triangles = soup.triangles.iter().map(|corners| corners.map(|v| place[v as usize])).collect();
-    let points = source.iter().map(|&v| soup.points[v as usize]).collect();
-    Attacked { soup: Soup::new(points, triangles), source: source.into_iter().map(Some).collect() }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        match self {
+            Self::Fraction(fraction) => vec![("fraction", fraction.to_string())],
+            Self::Vertices(share) => vec![("vertices", share.to_string())],
+        }
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, _rng: &mut R) -> Result<Attacked, AttackError> {
+        match *self {
+            Self::Fraction(fraction) => {
+                in_range("fraction", fraction, (0.0, 1.0), "between 0 and 1")?;
+                crop(soup, fraction)
+            }
+            Self::Vertices(share) => {
+                in_range("vertices", share, (0.0, 1.0), "between 0 and 1")?;
+                crop_vertices(soup, share)
+            }
+        }
+    }
 }
 
 #[cfg(test)]

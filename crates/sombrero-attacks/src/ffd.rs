@@ -6,11 +6,14 @@
 //! The d are even draws from the unit ball. σ makes the largest displacement of a vertex S times the largest
 //! side; without it the mean of many draws would make little of a strong field.
 
-use crate::attack::{AttackError, in_range};
-use crate::noise::in_unit_ball;
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
 use nalgebra::{Point3, Vector3};
 use rand::Rng;
 use sombrero_mesh::{BoundingBox, Soup};
+use sombrero_spatial::sample_ball;
 
 /// How to bend.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +54,7 @@ struct Lattice {
 
 impl Lattice {
     fn random<R: Rng + ?Sized>(size: usize, bounds: BoundingBox, rng: &mut R) -> Self {
-        Self { bounds, size, control: (0..size * size * size).map(|_| in_unit_ball(rng)).collect() }
+        Self { bounds, size, control: (0..size * size * size).map(|_| sample_ball(rng)).collect() }
     }
 
     /// δ / σ. Vertices outside the box, which no face uses, move like the nearest one inside.
@@ -77,6 +80,20 @@ fn bernstein(degree: usize, t: f64) -> Vec<f64> {
         values = left.zip(right).map(|(same, less)| (1.0 - t) * same + t * less).collect();
     }
     values
+}
+
+impl Operation for FreeForm {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        Ok(Self { strength: given.needed_number("strength")?, lattice: given.whole("lattice")?.unwrap_or(4) })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("strength", self.strength.to_string()), ("lattice", self.lattice.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
+        Ok(Attacked::moved(soup, free_form(soup, self, rng)?))
+    }
 }
 
 #[cfg(test)]

@@ -3,8 +3,12 @@
 //! Unlike Taubin's filter it shrinks. Along a rim the neighbours are all neighbours too, as there. The benchmark
 //! of Wang, Lavoué, Denis, Baskurt and He (2010) takes λ = 0.1 and 5 to 50 iterations.
 
-use crate::attack::{AttackError, in_range};
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
 use nalgebra::Point3;
+use rand::Rng;
 use sombrero_mesh::{Soup, Umbrella};
 
 /// How much to smooth.
@@ -31,6 +35,24 @@ pub fn laplacian(soup: &Soup, smoothing: &Laplacian) -> Result<Vec<Point3<f64>>,
     let umbrella = Umbrella::new(soup);
     let step = |points: Vec<Point3<f64>>, _| umbrella.step(&points, smoothing.lambda);
     Ok((0..smoothing.iterations).fold(soup.points.clone(), step))
+}
+
+impl Operation for Laplacian {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        let usual = Self::default();
+        Ok(Self {
+            iterations: given.whole("iterations")?.unwrap_or(usual.iterations),
+            lambda: given.number("lambda")?.unwrap_or(usual.lambda),
+        })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("iterations", self.iterations.to_string()), ("lambda", self.lambda.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, _rng: &mut R) -> Result<Attacked, AttackError> {
+        Ok(Attacked::moved(soup, laplacian(soup, self)?))
+    }
 }
 
 #[cfg(test)]

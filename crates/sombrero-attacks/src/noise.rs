@@ -2,64 +2,49 @@
 //!
 //! The paper gives only the length of the largest displacement as a fraction of the largest side.
 
-use nalgebra::{Point3, Vector3};
-use rand::{Rng, RngExt};
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
+use nalgebra::Point3;
+use rand::Rng;
+use sombrero_mesh::Soup;
+use sombrero_spatial::sample_ball;
 
 /// Moves each point by a random vector no longer than `radius`, in model units.
 pub fn noise<R: Rng + ?Sized>(points: &[Point3<f64>], radius: f64, rng: &mut R) -> Vec<Point3<f64>> {
-    points.iter().map(|p| p + in_unit_ball(rng) * radius).collect()
+    points.iter().map(|p| p + sample_ball(rng) * radius).collect()
 }
 
-/// Moves each coordinate by a number drawn evenly from ± `amplitude` times the mean distance of the vertices from their
-/// centre: the noise of the benchmark for mesh watermarking by Wang, Lavoue, Denis, Baskurt and He (2010). Only
-/// vertices with `used` count for centre and distance; all are moved.
-pub fn coordinate_noise<R: Rng + ?Sized>(
-    points: &[Point3<f64>],
-    used: &[bool],
-    amplitude: f64,
-    rng: &mut R,
-) -> Vec<Point3<f64>> {
-    let seen = || points.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| p);
-    let count = seen().count().max(1) as f64;
-    let centre = seen().map(|p| p.coords).sum::<Vector3<f64>>() / count;
-    let radius = amplitude * seen().map(|p| (p.coords - centre).norm()).sum::<f64>() / count;
-    let mut draw = || Vector3::from_fn(|_, _| radius * (2.0 * rng.random::<f64>() - 1.0));
-    points.iter().map(|p| p + draw()).collect()
+/// White noise: a random vector for each vertex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Length of the longest one as a fraction of the largest side, between 0 and 10.
+    pub amplitude: f64,
 }
 
-/// An even draw from the unit ball, by rejection from the cube (no trigonometry, so the same everywhere).
-pub(crate) fn in_unit_ball<R: Rng + ?Sized>(rng: &mut R) -> Vector3<f64> {
-    loop {
-        let v = Vector3::from_fn(|_, _| 2.0 * rng.random::<f64>() - 1.0);
-        if v.norm_squared() <= 1.0 {
-            return v;
-        }
+impl Operation for Noise {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        Ok(Self { amplitude: given.needed_number("amplitude")? })
     }
-}
 
-/// Any direction, all equally likely.
-pub(crate) fn random_direction<R: Rng + ?Sized>(rng: &mut R) -> Vector3<f64> {
-    in_unit_ball(rng).try_normalize(0.0).unwrap_or_else(Vector3::x)
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("amplitude", self.amplitude.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
+        in_range("amplitude", self.amplitude, (0.0, 10.0), "between 0 and 10")?;
+        let side = soup.bounding_box().map_or(0.0, |b| b.largest_side());
+        Ok(Attacked::moved(soup, noise(&soup.points, self.amplitude * side, rng)))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-
-    #[test]
-    fn coordinates_stay_within_the_share_of_the_mean_distance() {
-        let corner = |i: u32| Point3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
-        let cube: Vec<_> = (0..8).map(corner).collect();
-        let radius = 0.1 * 0.75_f64.sqrt();
-        let mut largest: f64 = 0.0;
-        for seed in 0..400 {
-            let moved = coordinate_noise(&cube, &[true; 8], 0.1, &mut ChaCha8Rng::seed_from_u64(seed));
-            largest = moved.iter().zip(&cube).map(|(a, b)| (a - b).amax()).fold(largest, f64::max);
-        }
-        assert!(largest <= radius && largest > 0.999 * radius);
-    }
 
     #[test]
     fn displacements_fill_the_ball_evenly() {

@@ -4,8 +4,11 @@
 //! Straight lines and planes stay straight and plane; what lies ahead along a shrinks, what lies behind grows.
 //! No vertex of the box is further from c than √3/2 s, so the denominator is above 1 - √3/2 when S < 1.
 
-use crate::attack::{AttackError, in_range};
-use crate::noise::random_direction;
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::random::random_direction;
+use crate::spec::Given;
 use nalgebra::{Point3, center};
 use rand::Rng;
 use sombrero_mesh::Soup;
@@ -35,6 +38,27 @@ pub fn projective<R: Rng + ?Sized>(
         centre + seen / denominator.max(LEAST_DENOMINATOR)
     };
     Ok(soup.points.iter().map(moved).collect())
+}
+
+/// A random projective map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projective {
+    /// S, by how much sizes differ across the box, roughly; at least 0 and below 1.
+    pub strength: f64,
+}
+
+impl Operation for Projective {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        Ok(Self { strength: given.needed_number("strength")? })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("strength", self.strength.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
+        Ok(Attacked::moved(soup, projective(soup, self.strength, rng)?))
+    }
 }
 
 #[cfg(test)]

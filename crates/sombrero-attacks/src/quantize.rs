@@ -8,8 +8,12 @@
 //! The largest side serves all three axes, so the cells are cubes and the lattice has no direction of its own.
 //! Faces that lose their area stay, so vertices keep their numbers.
 
-use crate::attack::{AttackError, in_range};
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
 use nalgebra::Point3;
+use rand::Rng;
 use sombrero_mesh::Soup;
 
 /// Rounds the coordinates to `bits` bits. Vertices that no face uses go to the nearest level too.
@@ -28,6 +32,28 @@ pub fn quantize(soup: &Soup, bits: u32) -> Result<Vec<Point3<f64>>, AttackError>
     let level = |x: f64, least: f64| (((x - least) / side * last).round() / last).clamp(0.0, 1.0);
     let rounded = |p: &Point3<f64>| bounds.min + p.coords.zip_map(&bounds.min.coords, level) * side;
     Ok(soup.points.iter().map(rounded).collect())
+}
+
+/// Coordinates rounded to the nearest of 2^`bits` levels along the largest side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantization {
+    /// Bits of a coordinate, between 1 and 24.
+    pub bits: u32,
+}
+
+impl Operation for Quantization {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        let bits = given.whole("bits")?;
+        Ok(Self { bits: given.needed("bits", bits)? })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("bits", self.bits.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, _rng: &mut R) -> Result<Attacked, AttackError> {
+        Ok(Attacked::moved(soup, quantize(soup, self.bits)?))
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,9 @@
 //! Random order of vertices, faces and corners (row B). The shape stays as it is to the bit.
 
-use crate::attack::Attacked;
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError};
+use crate::operation::Operation;
+use crate::spec::Given;
 use rand::seq::SliceRandom;
 use rand::{Rng, RngExt};
 use sombrero_mesh::Soup;
@@ -24,5 +27,23 @@ pub fn reorder<R: Rng + ?Sized>(soup: &Soup, rng: &mut R) -> Attacked {
         .collect();
     triangles.shuffle(rng);
     let points = order.iter().map(|&v| soup.points[v as usize]).collect();
-    Attacked { soup: Soup::new(points, triangles), source: order.into_iter().map(Some).collect() }
+    Attacked::picked(Soup::new(points, triangles), order)
+}
+
+/// A random order of vertices, faces and corners.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reordering;
+
+impl Operation for Reordering {
+    fn read(_given: &mut Given<'_>) -> Result<Self, SpecError> {
+        Ok(Self)
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        Vec::new()
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
+        Ok(reorder(soup, rng))
+    }
 }

@@ -1,5 +1,9 @@
 //! A second mark by somebody else (row J): the same scheme with another secret, on the marked mesh.
 
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
 use nalgebra::Point3;
 use rand::{Rng, RngExt};
 use sombrero_basis::{Basis, BasisError, BasisOptions};
@@ -41,4 +45,40 @@ fn basis_of(soup: &Soup, options: &BasisOptions) -> Result<Basis, BasisError> {
     let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
     let basis = Basis::new(&mut progressive, &made.points, options)?;
     Ok(basis.on_points(&made.source, soup.points.len()))
+}
+
+impl Operation for SecondMark {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        let preset = given.value("preset", "paper or robust")?.unwrap_or(Preset::Paper);
+        let mut parameters = preset.parameters();
+        if let Some(epsilon) = given.number("epsilon")? {
+            parameters.epsilon = epsilon;
+        }
+        if let Some(coefficients) = given.whole("coefficients")? {
+            parameters.basis.coefficients = coefficients;
+        }
+        if let Some(function) = given.value("basis", "sombrero, derby or hat")? {
+            parameters.basis.function = function;
+        }
+        Ok(Self { parameters })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        let Parameters { basis, epsilon } = self.parameters;
+        let same = |preset: &&Preset| preset.parameters().basis.amplitudes == basis.amplitudes;
+        let preset = Preset::ALL.iter().find(same).copied().unwrap_or_default();
+        vec![
+            ("preset", preset.to_string()),
+            ("epsilon", epsilon.to_string()),
+            ("coefficients", basis.coefficients.to_string()),
+            ("basis", basis.function.to_string()),
+        ]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
+        let Parameters { basis, epsilon } = self.parameters;
+        in_range("epsilon", epsilon, (f64::MIN_POSITIVE, 1.0), "above 0 and at most 1")?;
+        in_range("coefficients", basis.coefficients as f64, (4.0, f64::MAX), "at least 4")?;
+        Ok(Attacked::moved(soup, second_watermark(soup, self, rng)?))
+    }
 }

@@ -6,7 +6,12 @@
 //! "10 iterations" without λ and μ. The defaults 0.33 and -0.34 are the usual pair, with a pass band of 0.09;
 //! with stronger pairs (0.5 and -0.53; 0.63 and -0.67) less of the mark is left than the paper reports.
 
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
 use nalgebra::Point3;
+use rand::Rng;
 use sombrero_mesh::{Soup, Umbrella};
 
 /// How much to smooth.
@@ -38,6 +43,31 @@ pub fn smooth(soup: &Soup, smoothing: &Smoothing) -> Vec<Point3<f64>> {
     points
 }
 
+impl Operation for Smoothing {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        let usual = Self::default();
+        Ok(Self {
+            iterations: given.whole("iterations")?.unwrap_or(usual.iterations),
+            lambda: given.number("lambda")?.unwrap_or(usual.lambda),
+            mu: given.number("mu")?.unwrap_or(usual.mu),
+        })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![
+            ("iterations", self.iterations.to_string()),
+            ("lambda", self.lambda.to_string()),
+            ("mu", self.mu.to_string()),
+        ]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, _rng: &mut R) -> Result<Attacked, AttackError> {
+        in_range("lambda", self.lambda, (0.0, 1.0), "between 0 and 1")?;
+        in_range("mu", self.mu, (-2.0, 0.0), "between -2 and 0")?;
+        Ok(Attacked::moved(soup, smooth(soup, self)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,7 +78,7 @@ mod tests {
     #[test]
     fn noise_goes_and_the_sphere_stays() {
         let sphere = shapes::sphere(4);
-        let rough = crate::noise(&sphere.points, 0.02, &mut ChaCha8Rng::seed_from_u64(2));
+        let rough = crate::noise::noise(&sphere.points, 0.02, &mut ChaCha8Rng::seed_from_u64(2));
         let deviation = |points: &[Point3<f64>]| {
             let sum: f64 = points.iter().map(|p| (p.coords.norm() - 1.0).powi(2)).sum();
             (sum / points.len() as f64).sqrt()

@@ -12,9 +12,13 @@
 //! 3/4 v + 1/8 (a + b). Edges of three and more faces count as rims, and a vertex with one or more than two
 //! rim edges stays.
 
-use crate::attack::{AttackError, Attacked, MOST_FACES, in_range};
+use crate::attacked::Attacked;
 use crate::edges::{Edges, whole_faces};
+use crate::error::{AttackError, MOST_FACES, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
 use nalgebra::{Point3, Vector3, center};
+use rand::Rng;
 use sombrero_mesh::Soup;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -149,6 +153,24 @@ fn beta(n: u32) -> f64 {
     let n = f64::from(n);
     let c = 3.0 / 8.0 + libm::cos(TAU / n) / 4.0;
     (5.0 / 8.0 - c * c) / n
+}
+
+impl Operation for Subdivision {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        let scheme = given.value("scheme", "midpoint or loop")?;
+        Ok(Self {
+            scheme: given.needed("scheme", scheme)?,
+            iterations: given.whole("iterations")?.unwrap_or(1),
+        })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("scheme", self.scheme.to_string()), ("iterations", self.iterations.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, _rng: &mut R) -> Result<Attacked, AttackError> {
+        subdivide(soup, self)
+    }
 }
 
 #[cfg(test)]

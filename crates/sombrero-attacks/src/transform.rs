@@ -1,10 +1,14 @@
 //! Similarity transforms (row G): rotation, translation and uniform scale.
 
-use crate::attack::{AttackError, in_range};
-use crate::noise::in_unit_ball;
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::random::random_rotation;
+use crate::spec::Given;
 use nalgebra::{Quaternion, Similarity3, Translation3, Unit, UnitQuaternion};
 use rand::{Rng, RngExt};
 use sombrero_mesh::Soup;
+use sombrero_spatial::sample_ball;
 
 /// What to fix of a random similarity; the default draws everything.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -32,14 +36,14 @@ pub fn random_similarity<R: Rng + ?Sized>(
         None => random_rotation(rng),
         Some(degrees) => {
             in_range("rotation", degrees, (-360.0, 360.0), "an angle between -360 and 360 degrees")?;
-            rotation_about(in_unit_ball(rng), degrees)
+            rotation_about(sample_ball(rng), degrees)
         }
     };
     let shift = match transform.translation {
-        None => in_unit_ball(rng),
+        None => sample_ball(rng),
         Some(length) => {
             in_range("translation", length, (0.0, 1e6), "between 0 and 1e6 times the largest side")?;
-            in_unit_ball(rng).try_normalize(0.0).unwrap_or_default() * length
+            sample_ball(rng).try_normalize(0.0).unwrap_or_default() * length
         }
     };
     let scale = match transform.scale {
@@ -55,21 +59,30 @@ pub fn random_similarity<R: Rng + ?Sized>(
     Ok(back * about_origin * Translation3::from(-centre))
 }
 
-/// All rotations equally likely: an even draw from the four-dimensional ball, as a quaternion.
-pub(crate) fn random_rotation<R: Rng + ?Sized>(rng: &mut R) -> UnitQuaternion<f64> {
-    loop {
-        let [w, i, j, k] = std::array::from_fn(|_| 2.0 * rng.random::<f64>() - 1.0);
-        let q = Quaternion::new(w, i, j, k);
-        if (1e-4..=1.0).contains(&q.norm_squared()) {
-            return Unit::new_normalize(q);
-        }
-    }
-}
-
 fn rotation_about(axis: nalgebra::Vector3<f64>, degrees: f64) -> UnitQuaternion<f64> {
     let axis = axis.try_normalize(0.0).unwrap_or_else(nalgebra::Vector3::x);
     let (sin, cos) = libm::sincos(degrees.to_radians() / 2.0);
     Unit::new_normalize(Quaternion::from_parts(cos, axis * sin))
+}
+
+impl Operation for Transform {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        Ok(Self {
+            rotation: given.number("rotation")?,
+            translation: given.number("translation")?,
+            scale: given.number("scale")?,
+        })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        let all = [("rotation", self.rotation), ("translation", self.translation), ("scale", self.scale)];
+        all.into_iter().filter_map(|(name, value)| Some((name, value?.to_string()))).collect()
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
+        let similarity = random_similarity(self, soup, rng)?;
+        Ok(Attacked::moved(soup, soup.points.iter().map(|p| similarity * p).collect()))
+    }
 }
 
 #[cfg(test)]

@@ -31,6 +31,22 @@ impl Soup {
         used
     }
 
+    /// The soup without the vertices that no triangle uses, and for each vertex that is left the one that it was.
+    ///
+    /// # Panics
+    /// When a corner index is out of range.
+    pub fn compacted(self) -> (Self, Vec<u32>) {
+        let mut place = vec![0u32; self.points.len()];
+        let mut source = Vec::new();
+        for (v, _) in self.used().into_iter().enumerate().filter(|(_, used)| *used) {
+            place[v] = source.len() as u32;
+            source.push(v as u32);
+        }
+        let triangles = self.triangles.iter().map(|corners| corners.map(|v| place[v as usize])).collect();
+        let points = source.iter().map(|&v| self.points[v as usize]).collect();
+        (Self { points, triangles }, source)
+    }
+
     /// The bounding box of the vertices that triangles use; `None` when there are none.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
         let used = self.used();

@@ -4,6 +4,7 @@ mod build;
 mod progressive;
 mod quadric;
 mod queue;
+mod simplify;
 
 pub use progressive::{ProgressiveMesh, VertexSplit};
-pub use quadric::{Quadric, vertex_quadrics};
+pub use simplify::simplify;

@@ -10,7 +10,7 @@ use std::ops::AddAssign;
 
 /// Ten numbers: the upper triangle of A, then b, then c.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Quadric {
+pub(crate) struct Quadric {
     a: [f64; 6],
     b: Vector3<f64>,
     c: f64,
@@ -18,7 +18,7 @@ pub struct Quadric {
 
 impl Quadric {
     /// `weight` times the squared distance to the plane through `point` with unit normal `normal`.
-    pub fn plane(normal: &Vector3<f64>, point: &Point3<f64>, weight: f64) -> Self {
+    pub(crate) fn plane(normal: &Vector3<f64>, point: &Point3<f64>, weight: f64) -> Self {
         let (n, d) = (normal, -normal.dot(&point.coords));
         let wn = n * weight;
         Self {
@@ -28,15 +28,9 @@ impl Quadric {
         }
     }
 
-    /// `weight` times the squared distance to `point`.
-    pub fn point(point: &Point3<f64>, weight: f64) -> Self {
-        let p = point.coords;
-        Self { a: [weight, 0.0, 0.0, weight, 0.0, weight], b: p * -weight, c: weight * p.dot(&p) }
-    }
-
     /// The error at `x`. Rounding can make it slightly negative.
     #[inline]
-    pub fn at(&self, x: &Point3<f64>) -> f64 {
+    pub(crate) fn at(&self, x: &Point3<f64>) -> f64 {
         let [xx, xy, xz, yy, yz, zz] = self.a;
         let ax = Vector3::new(
             xx * x.x + xy * x.y + xz * x.z,
@@ -47,7 +41,7 @@ impl Quadric {
     }
 
     /// The matrix A and the vector b; the error is smallest where A x = -b.
-    pub fn normal_equations(&self) -> (Matrix3<f64>, Vector3<f64>) {
+    pub(crate) fn normal_equations(&self) -> (Matrix3<f64>, Vector3<f64>) {
         let [xx, xy, xz, yy, yz, zz] = self.a;
         (Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz), self.b)
     }
@@ -72,7 +66,7 @@ const BOUNDARY_WEIGHT: f64 = 10.0;
 /// It gathers the planes of its faces, each with a third of the face's area, and for each boundary edge at
 /// the vertex the plane that stands upright on the edge. Quadrics of large coordinates lose their digits:
 /// move the model to the origin first.
-pub fn vertex_quadrics(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Quadric> {
+pub(crate) fn vertex_quadrics(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Quadric> {
     let mut quadrics = vec![Quadric::default(); mesh.vertex_bound()];
     for f in mesh.faces() {
         let corners = mesh.vertices_of_face(f);
@@ -118,8 +112,7 @@ mod tests {
                 let Some(normal) = normal.try_normalize(1e-3) else { continue };
                 let point = Point3::from(point);
                 quadric += Quadric::plane(&normal, &point, weight);
-                quadric += Quadric::point(&point, weight);
-                expected += weight * normal.dot(&(x - point)).powi(2) + weight * (x - point).norm_squared();
+                expected += weight * normal.dot(&(x - point)).powi(2);
             }
             prop_assert!((quadric.at(&x) - expected).abs() < 1e-12);
         }

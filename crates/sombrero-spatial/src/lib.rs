@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod ball;
 mod limits;
 mod morton;
 mod nearest;
@@ -15,6 +16,7 @@ mod triangle;
 pub mod distance;
 pub mod robust;
 
+pub use ball::sample_ball;
 pub use distance::{DistanceOptions, Distances, OneSided, compare};
 /// The crate whose points stand in the signatures here.
 pub use nalgebra;

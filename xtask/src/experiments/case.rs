@@ -5,7 +5,7 @@ use anyhow::Context;
 use nalgebra::Point3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::{Attack, Attacked, apply_all};
+use sombrero::attacks::{Attacked, apply_all, parse_list};
 use sombrero::extraction::{Extractor, extract};
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
@@ -16,11 +16,6 @@ use std::path::Path;
 /// One of the models, as its file has it.
 pub(crate) fn read(folder: &Path, file: &str) -> anyhow::Result<Document> {
     Document::read(&folder.join(file)).context("run `cargo xtask models` first")
-}
-
-/// The attacks of a spec, separated by spaces.
-pub(crate) fn attacks(specs: &str) -> anyhow::Result<Vec<Attack>> {
-    Ok(specs.split(' ').map(str::parse).collect::<Result<_, _>>()?)
 }
 
 /// The secret of seed s: 32 bytes s.
@@ -109,7 +104,7 @@ impl Marked {
 
     /// The copy after the attacks of a spec.
     pub(crate) fn attacked(&self, specs: &str, seed: u64) -> anyhow::Result<Attacked> {
-        Ok(apply_all(&attacks(specs)?, &self.copy, &mut ChaCha8Rng::seed_from_u64(seed))?)
+        Ok(apply_all(&parse_list(specs)?, &self.copy, &mut ChaCha8Rng::seed_from_u64(seed))?)
     }
 
     /// log10 of the corrected p of a suspect. One that cannot be registered is one in which nothing was found.

@@ -1,13 +1,13 @@
 //! `cargo xtask collusion`: several of a thousand buyers average their copies. How many of them are named, and is
 //! anybody else?
 
-use super::case::{attacks, read};
+use super::case::read;
 use anyhow::Context;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
-use sombrero::attacks::apply_all;
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::basis::BasisOptions;
 use sombrero::io::{Document, Format, Rewrite, encode};
 use sombrero::mesh::Soup;
@@ -131,7 +131,7 @@ impl<'a> Shop<'a> {
             weakest_log10_p: Vec::new(),
             best_innocent_log10_p: Vec::new(),
         };
-        let attacks = attacks(specs)?;
+        let attacks = parse_list(specs)?;
         for seed in 0..runs {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let guilty = distinct(leakers, self.buyers.len(), &mut rng);

@@ -15,7 +15,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
-use sombrero::attacks::{Attack, apply};
+use sombrero::attacks::{Attack, Noise, Operation};
 use sombrero::stats::{median, wilson_interval};
 use sombrero::{DetectOptions, Suspect, When};
 use std::path::{Path, PathBuf};
@@ -114,7 +114,7 @@ fn trial(case: &Case, method: Method, amplitude: f64, stream: u64) -> anyhow::Re
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     rng.set_stream(stream);
     let Marked { detector, copy } = case.marked(random_secret(&mut rng))?;
-    let attacked = apply(&Attack::Noise { amplitude }, &copy, &mut rng)?;
+    let attacked = Noise { amplitude }.apply(&copy, &mut rng)?;
     let correspondence = Some(attacked.correspondence(copy.points.len()));
     let suspect = Suspect { soup: attacked.soup, correspondence };
     let usual = DetectOptions { method: method.into(), ..DetectOptions::default() };
@@ -141,7 +141,7 @@ impl Curve {
         let point = |&p: &f64| Point { log10_false_positive: p, false_negative: share(larger(p)) };
         Ok(Self {
             row,
-            attack: Attack::Noise { amplitude }.to_string(),
+            attack: Attack::from(Noise { amplitude }).to_string(),
             amplitude,
             median_log10_p: median(&log10_p),
             false_negatives: RATES.into_iter().map(missed).collect::<anyhow::Result<_>>()?,

@@ -4,7 +4,7 @@
 //! corners along an axis, numbers fit into 32 bits. Both lists are sorted, which is all the structure needed:
 //! the eight corners of the cells are eight walks through the list of corners.
 
-use crate::attack::{AttackError, MOST_FACES};
+use crate::error::{AttackError, MOST_FACES};
 use nalgebra::{Point3, Vector3};
 
 /// Cells are taken to be this much larger on each side, for rounding.

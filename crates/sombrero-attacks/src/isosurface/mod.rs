@@ -14,10 +14,14 @@ mod band;
 mod cases;
 mod signed;
 
-use crate::attack::{AttackError, Attacked, in_range};
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
 use band::Band;
 use cases::{Crossing, polygons};
 use nalgebra::{Point3, Vector3};
+use rand::Rng;
 use signed::{Sample, SignedDistance};
 use sombrero_mesh::{BoundingBox, Soup, repair};
 
@@ -57,8 +61,7 @@ pub fn isosurface(soup: &Soup, resolution: u32) -> Result<Attacked, AttackError>
     if manifold.mesh.face_count() == 0 {
         return Err(AttackError::NothingLeft);
     }
-    let source = vec![None; manifold.points.len()];
-    Ok(Attacked { soup: Soup::new(manifold.points, manifold.mesh.triangles()), source })
+    Ok(Attacked::anew(Soup::new(manifold.points, manifold.mesh.triangles())))
 }
 
 /// Where the cells are.
@@ -140,6 +143,28 @@ impl Made<'_> {
             self.surface.points.push(self.band.corner_point(from) + Vector3::ith(axis, part));
         }
         self.numbers[slot]
+    }
+}
+
+/// Marching cubes of the signed distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Isosurface {
+    /// Cells along the largest side, between 2 and 1024.
+    pub resolution: u32,
+}
+
+impl Operation for Isosurface {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        let resolution = given.whole("resolution")?;
+        Ok(Self { resolution: given.needed("resolution", resolution)? })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("resolution", self.resolution.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, _rng: &mut R) -> Result<Attacked, AttackError> {
+        isosurface(soup, self.resolution)
     }
 }
 

@@ -3,7 +3,6 @@
 
 use super::creases::{Creases, Hold};
 use super::turns;
-use crate::crop::compacted;
 use crate::edges::Edges;
 use nalgebra::{Point3, center, distance};
 use sombrero_mesh::geometry::area_vector;
@@ -23,7 +22,7 @@ pub(super) fn collapse(soup: &mut Soup, shortest: f64, longest: f64) {
             let _done = run.try_collapse(h) || run.try_collapse(h.twin());
         }
     }
-    *soup = compacted(Soup::new(run.points, run.mesh.triangles())).soup;
+    *soup = Soup::new(run.points, run.mesh.triangles()).compacted().0;
 }
 
 struct Run {

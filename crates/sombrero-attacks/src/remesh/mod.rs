@@ -17,8 +17,12 @@ mod flip;
 mod relax;
 mod split;
 
-use crate::attack::{AttackError, Attacked, in_range};
+use crate::attacked::Attacked;
+use crate::error::{AttackError, SpecError, in_range};
+use crate::operation::Operation;
+use crate::spec::Given;
 use nalgebra::{Point3, Vector3};
+use rand::Rng;
 use relax::Original;
 use sombrero_mesh::geometry::{area_vector, mean_edge_length};
 use sombrero_mesh::{BoundingBox, Soup, repair};
@@ -62,8 +66,7 @@ pub fn remesh(soup: &Soup, remeshing: &Remeshing) -> Result<Attacked, AttackErro
         relax::relax(&mut fine, &original, length);
     }
     fine.points.iter_mut().for_each(|p| *p = bounds.min + p.coords * side);
-    let source = vec![None; fine.points.len()];
-    Ok(Attacked { soup: fine, source })
+    Ok(Attacked::anew(fine))
 }
 
 /// Cosine of the largest angle by which an operation may turn a face.
@@ -79,6 +82,23 @@ fn turns(before: &Vector3<f64>, after: &Vector3<f64>) -> bool {
 fn facing(points: &[Point3<f64>], corners: [u32; 3]) -> Vector3<f64> {
     let [a, b, c] = corners.map(|v| &points[v as usize]);
     area_vector(a, b, c)
+}
+
+impl Operation for Remeshing {
+    fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
+        Ok(Self {
+            length: given.needed_number("length")?,
+            iterations: given.whole("iterations")?.unwrap_or(5),
+        })
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("length", self.length.to_string()), ("iterations", self.iterations.to_string())]
+    }
+
+    fn apply<R: Rng + ?Sized>(&self, soup: &Soup, _rng: &mut R) -> Result<Attacked, AttackError> {
+        remesh(soup, self)
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Splits of long edges, all at once, until none is left. A face falls into two, three or four according to
 //! how many of its sides are split; of a quadrilateral the shorter diagonal is taken.
 
-use crate::attack::{AttackError, MOST_FACES};
 use crate::edges::Edges;
+use crate::error::{AttackError, MOST_FACES};
 use nalgebra::{Point3, center, distance};
 use sombrero_mesh::Soup;
 

@@ -5,9 +5,9 @@
 //! triangles are left than are wanted in the end, and edge collapse then decides which of them matter.
 
 use nalgebra::Point3;
-use sombrero::attacks::simplify;
 use sombrero::mesh::geometry::area_vector;
 use sombrero::mesh::{BoundingBox, Soup};
+use sombrero::progressive::simplify;
 use sombrero::spatial::Surface;
 
 /// Edge collapse is given no more than this many triangles.
@@ -28,7 +28,7 @@ pub(super) fn decimated(mesh: Valued, most: usize) -> Valued {
     }
     let thin = thinned(mesh, THINNED.max(most));
     let ratio = most as f64 / thin.soup.triangles.len().max(1) as f64;
-    let soup = if ratio < 1.0 { simplify(&thin.soup, ratio).soup } else { thin.soup.clone() };
+    let soup = if ratio < 1.0 { simplify(&thin.soup, ratio) } else { thin.soup.clone() };
     let values = carried(&thin, &soup.points);
     // Thousands of loose pieces cannot be collapsed any further; a coarser grid joins them.
     thinned(usable(Valued { soup, values }), most)

@@ -4,10 +4,10 @@ use super::error::EmbedError;
 use nalgebra::Point3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero_attacks::noise;
 use sombrero_basis::Basis;
 use sombrero_extraction::extract;
 use sombrero_search::Model;
+use sombrero_spatial::sample_ball;
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
 use sombrero_watermark::Key;
 
@@ -25,8 +25,8 @@ impl SelfTest {
     pub(super) fn new(model: &Model, basis: &Basis) -> Result<Self, EmbedError> {
         let points = &model.soup().points;
         let mut rng = ChaCha8Rng::seed_from_u64(0);
-        let noisy: Vec<_> =
-            noise(points, TEST_NOISE * model.largest_side(), &mut rng).into_iter().map(Some).collect();
+        let radius = TEST_NOISE * model.largest_side();
+        let noisy: Vec<_> = points.iter().map(|p| Some(p + sample_ball(&mut rng) * radius)).collect();
         Ok(Self { noise: extract(basis, 1.0, points, &noisy)?.coefficients })
     }
 

@@ -7,7 +7,7 @@ use anyhow::Context;
 use nalgebra::{Point3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::{Attack, apply};
+use sombrero::attacks::{Noise, Operation};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
 
@@ -50,12 +50,12 @@ impl Kind {
     ) -> anyhow::Result<Soup> {
         Ok(match self {
             Self::Whole | Self::Affine => subject.soup.clone(),
-            Self::Noise => apply(&Attack::Noise { amplitude: 0.002 }, &subject.soup, rng)?.soup,
+            Self::Noise => Noise { amplitude: 0.002 }.apply(&subject.soup, rng)?.soup,
             Self::ThirdCut | Self::AffineThirdCut => {
                 cut(&subject.simplified, 1.0 / 3.0, &random_direction(rng))
             }
             Self::Battered => {
-                let noisy = apply(&Attack::Noise { amplitude: 0.007 }, &subject.simplified, rng)?.soup;
+                let noisy = Noise { amplitude: 0.007 }.apply(&subject.simplified, rng)?.soup;
                 cut(&noisy, 1.0 / 3.0, &random_direction(rng))
             }
             Self::HalfCut => cut(&subject.soup, 0.5, &random_direction(rng)),

@@ -7,7 +7,7 @@ use nalgebra::{Affine3, Matrix4, Point3, Similarity3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
-use sombrero::attacks::{Attack, apply};
+use sombrero::attacks::{Operation, Simplification};
 use sombrero::mesh::Soup;
 use sombrero::registration::{Pose, Reference, RegisterOptions, Registration, register, register_affine};
 use sombrero::spatial::Surface;
@@ -50,7 +50,7 @@ pub(super) struct Outcome {
 impl Subject {
     pub(super) fn new(name: &'static str, soup: Soup, symmetric: bool) -> anyhow::Result<Self> {
         let mut rng = ChaCha8Rng::seed_from_u64(super::SEED);
-        let simplified = apply(&Attack::Simplify { ratio: 0.5 }, &soup, &mut rng)?.soup;
+        let simplified = Simplification { ratio: 0.5 }.apply(&soup, &mut rng)?.soup;
         let reference = Reference::new(&soup.points, &soup.triangles)?;
         let surface = Surface::new(&soup.points, &soup.triangles);
         let side = soup.bounding_box().context("no triangles")?.largest_side();

@@ -2,14 +2,14 @@
 
 use super::suspects::KINDS;
 use super::{Rate, bar, rng};
-use crate::experiments::case::{Case, attacks, random_secret};
+use crate::experiments::case::{Case, random_secret};
 use crate::experiments::tables::Method;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::DetectOptions;
-use sombrero::attacks::apply_all;
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
@@ -105,7 +105,9 @@ fn attacked(soup: &Soup, rng: &mut ChaCha8Rng) -> Soup {
     loop {
         let count = rng.random_range(1..=3);
         let specs: Vec<&str> = (0..count).map(|_| BATTERY[rng.random_range(0..BATTERY.len())]).collect();
-        let made = attacks(&specs.join(" ")).and_then(|attacks| Ok(apply_all(&attacks, soup, rng)?));
+        let made = parse_list(&specs.join(" "))
+            .map_err(Into::into)
+            .and_then(|attacks| anyhow::Ok(apply_all(&attacks, soup, rng)?));
         if let Ok(attacked) = made {
             return attacked.soup;
         }

@@ -2,12 +2,12 @@
 
 use super::key_tests::{Extracted, KeyTest, key_tests};
 use super::{STREAMS, rng};
-use crate::experiments::case::{Case, attacks, random_secret};
+use crate::experiments::case::{Case, random_secret};
 use crate::experiments::tables::Method;
 use nalgebra::{Point3, Similarity3};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use sombrero::attacks::apply_all;
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::extraction::{Deformation, Nuisance};
 use sombrero::mesh::Soup;
 use sombrero::registration::{Reference, RegisterOptions, register};
@@ -126,7 +126,7 @@ impl Kind {
             true => case.marked(random_secret(rng))?.copy,
             false => case.soup().clone(),
         };
-        let attacked = apply_all(&attacks(specs)?, &soup, rng)?;
+        let attacked = apply_all(&parse_list(specs)?, &soup, rng)?;
         let similarity = match self.registration {
             true => registered(case, &attacked.soup)?,
             false => Similarity3::identity(),

@@ -2,7 +2,6 @@
 
 use super::{Exhibit, GAP, WHITE, picture};
 use crate::experiments::roc::AMPLITUDES;
-use sombrero::attacks::Attack;
 use sombrero::render::{Image, RenderOptions, Shading};
 use std::path::Path;
 
@@ -12,7 +11,7 @@ pub(super) fn draw(folder: &Path) -> anyhow::Result<Image> {
     let options = RenderOptions { width: 440, height: 420, camera, ..RenderOptions::default() };
     let options = RenderOptions { shading: Shading::Flat, ..options };
     let noisy = |(_, amplitude)| {
-        let soup = fandisk.attacked(&Attack::Noise { amplitude }.to_string())?;
+        let soup = fandisk.attacked(&format!("noise:amplitude={amplitude}"))?;
         Ok(picture(&soup, &options))
     };
     let pictures = AMPLITUDES.into_iter().map(noisy).collect::<anyhow::Result<Vec<Image>>>()?;

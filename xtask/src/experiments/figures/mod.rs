@@ -7,12 +7,12 @@ mod figure4;
 mod figure5;
 mod tubes;
 
-use super::case::{Case, attacks, random_secret};
+use super::case::{Case, random_secret};
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::{Point3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::apply_all;
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::mesh::Soup;
 use sombrero::render::{Camera, Image, RenderOptions, Wireframe, render, used_points};
 use sombrero::watermark::Preset;
@@ -86,7 +86,7 @@ impl Exhibit {
 
     /// The marked model after attacks given as specs.
     fn attacked(&self, specs: &str) -> anyhow::Result<Soup> {
-        Ok(apply_all(&attacks(specs)?, self.marked(), &mut rng())?.soup)
+        Ok(apply_all(&parse_list(specs)?, self.marked(), &mut rng())?.soup)
     }
 
     /// The view that frames the original.

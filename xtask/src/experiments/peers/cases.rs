@@ -1,12 +1,12 @@
 //! The cases that all peers are given, as plain little-endian arrays: see `benches/peers/README.md`.
 
-use crate::experiments::case::{attacks, read};
+use crate::experiments::case::read;
 use anyhow::Context;
 use nalgebra::{Isometry3, Matrix4, Point3, Similarity3, Translation3, UnitQuaternion, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, UnitSphere};
-use sombrero::attacks::apply_all;
+use sombrero::attacks::{apply_all, parse_list};
 use sombrero::basis::Basis;
 use sombrero::io::{Format, encode};
 use sombrero::mesh::Soup;
@@ -51,7 +51,7 @@ fn compact(soup: &Soup) -> Soup {
 }
 
 fn attacked(soup: &Soup, specs: &str, seed: u64) -> anyhow::Result<Soup> {
-    Ok(apply_all(&attacks(specs)?, soup, &mut ChaCha8Rng::seed_from_u64(seed))?.soup)
+    Ok(apply_all(&parse_list(specs)?, soup, &mut ChaCha8Rng::seed_from_u64(seed))?.soup)
 }
 
 /// B and the marked copy: the paper's 50 functions, with the coefficients of seed 5.

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use sombrero::attacks::{Attack, apply_all, noise};
+use sombrero::attacks::{apply_all, noise, parse_list};
 use sombrero::io::{Access, Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::watermark::{Identity, Secret};
@@ -77,7 +77,7 @@ impl Case {
         let copy =
             Document::parse(self.marked.bytes.clone(), None).map_err(|e| self.failed(&e))?.soup().clone();
         let attacked = BATTERY.par_iter().map(|(name, spec)| {
-            let attacks: Result<Vec<Attack>, _> = spec.split(' ').map(str::parse).collect();
+            let attacks = parse_list(spec);
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let attacked = apply_all(&attacks.map_err(|e| self.failed(&e))?, &copy, &mut rng);
             let tried = self.look(name, true, &attacked.map_err(|e| self.failed(&e))?.soup);
