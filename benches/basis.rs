@@ -12,7 +12,10 @@ fn basis(criterion: &mut Criterion) {
     let convert = |soup: &Soup| {
         let made = repair(soup);
         // Building the basis moves the progressive mesh between its levels and leaves it at the full mesh.
-        (RefCell::new(ProgressiveMesh::new(made.mesh, &made.points)), made.points)
+        (
+            RefCell::new(ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite")),
+            made.points,
+        )
     };
     over_sizes(criterion, "50 basis functions", convert, |(progressive, points)| {
         black_box(Basis::new(&mut progressive.borrow_mut(), points, &BasisOptions::default()).ok());

@@ -8,14 +8,14 @@ use std::hint::black_box;
 
 fn conversion(criterion: &mut Criterion) {
     over_sizes(criterion, "progressive mesh", repair, |made| {
-        black_box(ProgressiveMesh::new(made.mesh.clone(), &made.points));
+        black_box(ProgressiveMesh::new(made.mesh.clone(), &made.points).expect("repaired points are finite"));
     });
 }
 
 fn travel(criterion: &mut Criterion) {
     let convert = |soup: &Soup| {
         let made = repair(soup);
-        ProgressiveMesh::new(made.mesh, &made.points)
+        ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite")
     };
     over_sizes(criterion, "copy, refine all and coarsen all", convert, |progressive| {
         let mut progressive = progressive.clone();

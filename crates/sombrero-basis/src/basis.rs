@@ -4,22 +4,20 @@
 //! base vertex the function that is 1 there and 0 elsewhere. Order vertices and functions by age. The
 //! function of split i is 1 at the vertex v_i that the split introduces (r = 0), and 0 at every older
 //! vertex (those are on the loop, outside it, or inside and counted as boundary: see
-//! [`support`](crate::support)). So the n × n matrix of values is triangular with a unit diagonal: the
+//! `support.rs`). So the n × n matrix of values is triangular with a unit diagonal: the
 //! functions are independent, and being n they are a basis of all functions on the n vertices. A proptest
 //! beside this code checks it.
 
-use crate::magnitude::{counted_magnitudes, magnitudes, most_significant};
-use crate::radius::radii;
-use crate::support::{Marks, Outline, Support, counted_outlines};
-use crate::{Amplitudes, BasisFunction};
+use crate::columns::{Column, columns, compressed, offsets};
+use crate::magnitude::{magnitudes, most_significant};
+use crate::support::outlines;
+use crate::{Amplitudes, BasisError, BasisFunction, PartsError};
 use nalgebra::{Point3, Vector3};
 use nalgebra_sparse::CscMatrix;
-use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use sombrero_mesh::{BoundingBox, VertexId};
 use sombrero_progress::Progress;
 use sombrero_progressive::ProgressiveMesh;
-use thiserror::Error;
 
 /// Which functions to build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,40 +34,6 @@ impl Default for BasisOptions {
     fn default() -> Self {
         Self { coefficients: 50, function: BasisFunction::default(), amplitudes: Amplitudes::default() }
     }
-}
-
-/// Why there is no basis.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum BasisError {
-    /// The mesh is too small or too flat.
-    #[error("the mesh can carry {available} coefficients, not {wanted}; {}", cure(*available))]
-    TooFewSplits {
-        /// How many were asked for.
-        wanted: usize,
-        /// How many vertex splits change the shape.
-        available: usize,
-    },
-}
-
-/// A mark takes at least four coefficients.
-fn cure(available: usize) -> &'static str {
-    if available < 4 { "use a finer mesh, with some relief" } else { "ask for fewer or use a finer mesh" }
-}
-
-/// Why parts make no basis.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum PartsError {
-    /// Not one length for each function, or rows or values that are not as many as the lengths say.
-    #[error("the columns of the basis have other lengths than its functions say")]
-    Lengths,
-    /// A row that is out of range, or does not come after the one before it.
-    #[error("a column of the basis is not sorted by vertex, or names a vertex that is not there")]
-    Rows,
-    /// A number that nobody can compute with.
-    #[error("the basis holds a number that is not finite")]
-    NotFinite,
 }
 
 /// m scalar functions over the n vertices of a mesh, each with a direction and a height.
@@ -122,12 +86,12 @@ impl Basis {
         let levels = progressive.split_count();
         let column = levels.div_ceil(COLUMNS.max(wanted));
         let progress = Progress::new("basis", 3 * levels + column * wanted.min(levels));
-        let all = counted_magnitudes(progressive, points, &progress);
+        let all = magnitudes(progressive, points, &progress);
         let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {
             return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
         }
-        let outlines = counted_outlines(progressive, &splits, &progress);
+        let outlines = outlines(progressive, &splits, &progress);
         let columns = columns(progressive, points, &outlines, options.function, || progress.advance(column));
         let energy = |column: &Column| column.iter().map(|(_, phi)| phi * phi).sum::<f64>();
         let heights: Vec<f64> = outlines.iter().map(|o| all[o.split].height).collect();
@@ -175,7 +139,7 @@ impl Basis {
 
     /// How many coefficients a mesh can carry at most. Leaves `progressive` at the full mesh.
     pub fn capacity(progressive: &mut ProgressiveMesh, points: &[Point3<f64>]) -> usize {
-        let all = magnitudes(progressive, points);
+        let all = magnitudes(progressive, points, &Progress::silent());
         most_significant(&all, progressive.shape_level(), usize::MAX, least_height(points)).len()
     }
 
@@ -264,62 +228,11 @@ impl Basis {
     }
 }
 
-/// (vertex, φ) in vertex order.
-type Column = Vec<(usize, f64)>;
-
-/// The columns of Φ, each computed on its own, so that threads do not change a bit.
-fn columns(
-    progressive: &ProgressiveMesh,
-    points: &[Point3<f64>],
-    outlines: &[Outline],
-    function: BasisFunction,
-    done: impl Fn() + Sync,
-) -> Vec<Column> {
-    let mesh = progressive.mesh();
-    let mut age = vec![0u32; mesh.vertex_bound()];
-    for (born, split) in (1u32..).zip((0..progressive.split_count()).filter_map(|i| progressive.split(i))) {
-        age[split.vertex.index()] = born;
-    }
-    let column = |marks: &mut Marks, outline: &Outline| {
-        let support = Support::fill(mesh, points, &age, outline, marks);
-        let radii = radii(&support);
-        let mut column: Column =
-            support.interior.iter().zip(radii).map(|(v, r)| (v.index(), function.value(r))).collect();
-        column.sort_unstable_by_key(|entry| entry.0);
-        done();
-        column
-    };
-    outlines.par_iter().map_init(|| Marks::new(mesh.vertex_bound()), column).collect()
-}
-
-fn compressed(rows: usize, columns: &[Column]) -> CscMatrix<f64> {
-    let lengths: Vec<usize> = columns.iter().map(Vec::len).collect();
-    let entries = || columns.iter().flatten();
-    CscMatrix::try_from_csc_data(
-        rows,
-        columns.len(),
-        offsets(&lengths).expect("what is in memory can be counted"),
-        entries().map(|e| e.0).collect(),
-        entries().map(|e| e.1).collect(),
-    )
-    .expect("each column has its rows once, in order")
-}
-
-/// Where each column begins, and where the last one ends; `None` for more entries than can be counted.
-fn offsets(lengths: &[usize]) -> Option<Vec<usize>> {
-    let mut offsets = vec![0];
-    let mut end = 0_usize;
-    for &length in lengths {
-        end = end.checked_add(length)?;
-        offsets.push(end);
-    }
-    Some(offsets)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::support::outlines;
+    use crate::radius::radii;
+    use crate::support::{Places, Support};
     use proptest::prelude::*;
     use sombrero_mesh::{Soup, repair};
     use sombrero_shapes as shapes;
@@ -353,9 +266,9 @@ mod tests {
         #[test]
         fn all_functions_with_the_base_vertices_are_independent_and_complete(soup in shaken(), which in 0usize..3) {
             let made = repair(&soup);
-            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
             let splits: Vec<usize> = (0..progressive.split_count()).collect();
-            let outlines = outlines(&mut progressive, &splits);
+            let outlines = outlines(&mut progressive, &splits, &Progress::silent());
             prop_assert_eq!(outlines.len(), splits.len());
             let columns = columns(&progressive, &made.points, &outlines, BasisFunction::ALL[which], || ());
 
@@ -386,14 +299,14 @@ mod tests {
         #[test]
         fn radii_are_zero_at_the_centre_and_one_on_the_boundary(soup in shaken()) {
             let made = repair(&soup);
-            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
             let splits: Vec<usize> = (0..progressive.split_count()).collect();
-            let mut marks = Marks::new(made.points.len());
-            let outlines = outlines(&mut progressive, &splits);
+            let mut places = Places::new(made.points.len());
+            let outlines = outlines(&mut progressive, &splits, &Progress::silent());
             let mesh = progressive.mesh();
             let age = vec![0; made.points.len()];
             for outline in &outlines {
-                let support = Support::fill(mesh, &made.points, &age, outline, &mut marks);
+                let support = Support::fill(mesh, &made.points, &age, outline, &mut places);
                 let r = radii(&support);
                 prop_assert_eq!(r[0], 0.0);
                 prop_assert!(r[1..].iter().all(|r| *r > 0.0 && *r < 1.0));
@@ -412,7 +325,8 @@ mod tests {
     fn sphere_basis(coefficients: usize) -> Result<Basis, BasisError> {
         let soup = shapes::bumpy_sphere(600);
         let made = repair(&soup);
-        let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+        let mut progressive =
+            ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
         Basis::new(&mut progressive, &made.points, &BasisOptions { coefficients, ..Default::default() })
     }
 
@@ -506,7 +420,8 @@ mod tests {
             let mut soup = shapes::open_sheet(20, 20);
             soup.points.iter_mut().for_each(|p| *p = (turn * Point3::new(p.x, p.y, 0.0)).map(rounded));
             let made = repair(&soup);
-            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+            let mut progressive =
+                ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
             assert_eq!(Basis::capacity(&mut progressive, &made.points), 0, "{decimals}");
         }
     }

@@ -2,12 +2,14 @@
 
 mod amplitude;
 mod basis;
+mod columns;
+mod error;
 mod function;
-
-pub mod magnitude;
-pub mod radius;
-pub mod support;
+mod magnitude;
+mod radius;
+mod support;
 
 pub use amplitude::{Amplitudes, UnknownAmplitudes};
-pub use basis::{Basis, BasisError, BasisOptions, Function, PartsError};
+pub use basis::{Basis, BasisOptions, Function};
+pub use error::{BasisError, PartsError};
 pub use function::{BasisFunction, UnknownFunction};

@@ -14,18 +14,18 @@ use sombrero_progressive::ProgressiveMesh;
 
 /// Height and direction of one vertex split.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Magnitude {
+pub(crate) struct Magnitude {
     /// h, in model units; its sign is that of the new vertex's side of its ring.
-    pub height: f64,
+    pub(crate) height: f64,
     /// d, of unit length; zero where the ring has no normal, and then h is zero too.
-    pub direction: Vector3<f64>,
+    pub(crate) direction: Vector3<f64>,
 }
 
 /// The magnitude of the split that introduced `v`, from the mesh right after it.
 ///
 /// The ring's normal is that of its polygon (half the sum of cross products of consecutive corners). At a
 /// boundary the ring is a path and the polygon is closed by its chord.
-pub fn magnitude(mesh: &Mesh, points: &[Point3<f64>], v: VertexId) -> Magnitude {
+pub(crate) fn magnitude(mesh: &Mesh, points: &[Point3<f64>], v: VertexId) -> Magnitude {
     let centre = points[v.index()];
     // Relative to v, so that models far from the origin keep their digits.
     let ring = || mesh.vertices_around_vertex(v).map(|w| points[w.index()] - centre);
@@ -41,13 +41,9 @@ pub fn magnitude(mesh: &Mesh, points: &[Point3<f64>], v: VertexId) -> Magnitude 
     Magnitude { height: -direction.dot(&sum) / count, direction }
 }
 
-/// Magnitudes of all splits of `progressive`, in order of refinement. Leaves it at the full mesh.
-pub fn magnitudes(progressive: &mut ProgressiveMesh, points: &[Point3<f64>]) -> Vec<Magnitude> {
-    counted_magnitudes(progressive, points, &Progress::silent())
-}
-
-/// [`magnitudes`], with a step of `progress` for each split.
-pub(crate) fn counted_magnitudes(
+/// Magnitudes of all splits of `progressive`, in order of refinement, with a step of `progress` for each. Leaves it at the
+/// full mesh.
+pub(crate) fn magnitudes(
     progressive: &mut ProgressiveMesh,
     points: &[Point3<f64>],
     progress: &Progress,
@@ -69,7 +65,12 @@ pub(crate) fn counted_magnitudes(
 ///
 /// Splits whose height is no more than `least` are never taken, so there may be fewer than `count`: they are rounding
 /// errors of a flat surface, or so little relief that a mark on them is none.
-pub fn most_significant(magnitudes: &[Magnitude], first: usize, count: usize, least: f64) -> Vec<usize> {
+pub(crate) fn most_significant(
+    magnitudes: &[Magnitude],
+    first: usize,
+    count: usize,
+    least: f64,
+) -> Vec<usize> {
     let usable = |m: &Magnitude| m.height.is_finite() && m.height.abs() > least;
     let mut order: Vec<usize> = (first..magnitudes.len()).filter(|&i| usable(&magnitudes[i])).collect();
     order.sort_by(|&i, &j| magnitudes[j].height.abs().total_cmp(&magnitudes[i].height.abs()).then(i.cmp(&j)));

@@ -8,7 +8,7 @@
 use crate::support::{Edges, Support};
 
 /// r at each interior vertex of `support`, in its order.
-pub fn radii(support: &Support) -> Vec<f64> {
+pub(crate) fn radii(support: &Support) -> Vec<f64> {
     let mut from_centre = vec![f64::INFINITY; support.interior.len()];
     from_centre[0] = 0.0;
     let to_centre = support.edges.shortest(from_centre);

@@ -28,27 +28,22 @@ use sombrero_progressive::ProgressiveMesh;
 
 /// The tracked boundary of one basis function, on the full mesh.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outline {
+pub(crate) struct Outline {
     /// The vertex that the split introduced.
-    pub centre: VertexId,
+    pub(crate) centre: VertexId,
     /// The split, counted in order of refinement.
-    pub split: usize,
+    pub(crate) split: usize,
     /// The loop's vertices in order. When `closed` is false it is a path whose ends lie on the mesh's
     /// boundary.
-    pub vertices: Vec<VertexId>,
+    pub(crate) vertices: Vec<VertexId>,
     /// Whether the last vertex is joined to the first by a mesh edge.
-    pub closed: bool,
+    pub(crate) closed: bool,
 }
 
 /// Tracks the boundaries of the given splits (in any order) to the full mesh. Leaves `progressive` there.
 ///
-/// The result has the order of `splits`.
-pub fn outlines(progressive: &mut ProgressiveMesh, splits: &[usize]) -> Vec<Outline> {
-    counted_outlines(progressive, splits, &Progress::silent())
-}
-
-/// [`outlines`], with a step of `progress` for each level on the way down and up again.
-pub(crate) fn counted_outlines(
+/// The result has the order of `splits`. `progress` takes a step for each level on the way down and up again.
+pub(crate) fn outlines(
     progressive: &mut ProgressiveMesh,
     splits: &[usize],
     progress: &Progress,
@@ -185,11 +180,11 @@ impl Tracker {
 
 /// The inside and the boundary of a support, on the full mesh, and the edges between them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Support {
+pub(crate) struct Support {
     /// Vertices strictly inside, the centre first, in the order in which a breadth-first search finds them.
-    pub interior: Vec<VertexId>,
+    pub(crate) interior: Vec<VertexId>,
     /// Vertices next to the inside that bound it: loop vertices, and vertices older than the centre.
-    pub boundary: Vec<VertexId>,
+    pub(crate) boundary: Vec<VertexId>,
     /// The edges inside, both ways.
     pub(crate) edges: Edges,
     /// The shortest edge from each interior vertex to the boundary, infinite where there is none.
@@ -205,12 +200,9 @@ pub(crate) struct Edges {
     pub(crate) all: Vec<(u32, f64)>,
 }
 
-/// Scratch space of one entry a vertex, kept between calls to spare the allocation; clear between them.
-#[derive(Debug, Clone)]
-pub struct Marks {
-    /// The place in the interior, or one of the constants below.
-    place: Vec<u32>,
-}
+/// Where each vertex of the mesh stands in the support that is being filled: its place in the interior, or one of the
+/// constants below. Kept from one support to the next to spare the allocation; `NOWHERE` throughout between them.
+pub(crate) struct Places(Vec<u32>);
 
 /// Not seen yet, or not part of the support.
 const NOWHERE: u32 = u32::MAX;
@@ -219,24 +211,24 @@ const ON_LOOP: u32 = u32::MAX - 1;
 /// Seen, and part of the boundary.
 const BOUNDARY: u32 = u32::MAX - 2;
 
-impl Marks {
+impl Places {
     /// For meshes of up to `vertex_bound` vertices.
-    pub fn new(vertex_bound: usize) -> Self {
-        Self { place: vec![NOWHERE; vertex_bound] }
+    pub(crate) fn new(vertex_bound: usize) -> Self {
+        Self(vec![NOWHERE; vertex_bound])
     }
 }
 
 impl Support {
     /// Fills `outline` from its centre. `points` are those of the full mesh; `age[v]` is 0 for base vertices, else
     /// one more than the number of the split that introduced v.
-    pub fn fill(
+    pub(crate) fn fill(
         mesh: &Mesh,
         points: &[Point3<f64>],
         age: &[u32],
         outline: &Outline,
-        marks: &mut Marks,
+        places: &mut Places,
     ) -> Self {
-        let place = &mut marks.place;
+        let place = &mut places.0;
         outline.vertices.iter().for_each(|v| place[v.index()] = ON_LOOP);
         place[outline.centre.index()] = 0;
         let born = age[outline.centre.index()];

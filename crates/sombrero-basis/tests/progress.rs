@@ -10,7 +10,7 @@ use sombrero_shapes as shapes;
 #[test]
 fn a_basis_says_how_far_it_is() {
     let made = repair(&shapes::bumpy_sphere(3000));
-    let progressive = ProgressiveMesh::new(made.mesh, &made.points);
+    let progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
     for coefficients in [7, 50, 200] {
         let options = BasisOptions { coefficients, ..BasisOptions::default() };
         let basis = || Basis::new(&mut progressive.clone(), &made.points, &options).unwrap();

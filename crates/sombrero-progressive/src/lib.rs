@@ -6,5 +6,5 @@ mod quadric;
 mod queue;
 mod simplify;
 
-pub use progressive::{ProgressiveMesh, VertexSplit};
+pub use progressive::{CompactMesh, PointsError, ProgressiveMesh, VertexSplit};
 pub use simplify::simplify;

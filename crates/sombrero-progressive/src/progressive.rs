@@ -2,7 +2,8 @@
 
 use crate::build::collapse_all;
 use nalgebra::Point3;
-use sombrero_mesh::{Collapse, HalfedgeId, Mesh, VertexId};
+use sombrero_mesh::{Collapse, HalfedgeId, Mesh, Soup, VertexId};
+use thiserror::Error;
 
 /// A mesh at any of its levels of detail, between the base (level 0) and the full mesh.
 ///
@@ -45,13 +46,14 @@ impl ProgressiveMesh {
     /// The base is the smallest mesh that restricted edge collapses reach without changing the topology:
     /// for instance four vertices for a sphere, three for a disc. The result depends on the input alone.
     ///
-    /// # Panics
-    /// When `points` is shorter than [`Mesh::vertex_bound`].
-    pub fn new(mut mesh: Mesh, points: &[Point3<f64>]) -> Self {
-        assert!(points.len() >= mesh.vertex_bound(), "a point for every vertex");
+    /// # Errors
+    /// [`PointsError`] when a vertex has no point, or one that is not finite. What
+    /// [`repair`](sombrero_mesh::repair()) makes has neither fault.
+    pub fn new(mut mesh: Mesh, points: &[Point3<f64>]) -> Result<Self, PointsError> {
+        check(&mesh, points)?;
         let (collapses, faithful) = collapse_all(&mut mesh, points);
         let shape_level = collapses.len() - faithful;
-        Self { mesh, collapses, level: 0, shape_level }
+        Ok(Self { mesh, collapses, level: 0, shape_level })
     }
 
     /// The connectivity at the present level; indices are those of the full mesh.
@@ -111,6 +113,23 @@ impl ProgressiveMesh {
         while self.level < level && self.refine().is_some() {}
     }
 
+    /// Refines or coarsens to the finest level of at most `faces` faces, or to the base when that has more.
+    pub fn go_to_faces(&mut self, faces: usize) {
+        while self.mesh.face_count() <= faces && self.refine().is_some() {}
+        while self.mesh.face_count() > faces && self.coarsen().is_some() {}
+    }
+
+    /// The present level as a mesh without gaps in its numbering.
+    pub fn compact(&self) -> CompactMesh {
+        let source: Vec<VertexId> = self.mesh.vertices().collect();
+        let mut place = vec![0u32; self.mesh.vertex_bound()];
+        for (i, v) in (0u32..).zip(&source) {
+            place[v.index()] = i;
+        }
+        let corners = |f| self.mesh.vertices_of_face(f).map(|v| place[v.index()]);
+        CompactMesh { triangles: self.mesh.faces().map(corners).collect(), source }
+    }
+
     /// The vertices of the base mesh, in index order, whatever the present level.
     pub fn base_vertices(&self) -> Vec<VertexId> {
         let mut introduced = vec![false; self.mesh.vertex_bound()];
@@ -118,6 +137,59 @@ impl ProgressiveMesh {
             introduced[collapse.removed.index()] = true;
         }
         (0..introduced.len()).filter(|&v| !introduced[v]).map(VertexId::new).collect()
+    }
+}
+
+/// A level of detail as plain data: its vertices are numbered from 0 without gaps.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct CompactMesh {
+    /// Corners of each face as indices into `source`, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each vertex the vertex of the full mesh that it is; increasing.
+    pub source: Vec<VertexId>,
+}
+
+impl CompactMesh {
+    /// The level's vertices and faces; `points` are those of the full mesh.
+    ///
+    /// # Panics
+    /// When `points` is shorter than the full mesh's vertices are many.
+    pub fn soup(&self, points: &[Point3<f64>]) -> Soup {
+        Soup::new(self.source.iter().map(|v| points[v.index()]).collect(), self.triangles.clone())
+    }
+}
+
+/// Why points are not those of a mesh.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum PointsError {
+    /// A vertex has no point.
+    #[error("there are {points} points, but the mesh has vertices up to {}; give a point for each", vertices - 1)]
+    TooFew {
+        /// How many points there are.
+        points: usize,
+        /// How many are needed.
+        vertices: usize,
+    },
+    /// A coordinate is infinite or not a number.
+    #[error("{vertex:?} has a coordinate that is not finite; leave out its faces, as `repair` does")]
+    NotFinite {
+        /// The vertex.
+        vertex: VertexId,
+    },
+}
+
+/// A finite point for each vertex.
+fn check(mesh: &Mesh, points: &[Point3<f64>]) -> Result<(), PointsError> {
+    let vertices = mesh.vertex_bound();
+    if points.len() < vertices {
+        return Err(PointsError::TooFew { points: points.len(), vertices });
+    }
+    let finite = |p: &Point3<f64>| p.iter().all(|c| c.is_finite());
+    match points[..vertices].iter().position(|p| !finite(p)) {
+        Some(v) => Err(PointsError::NotFinite { vertex: VertexId::new(v) }),
+        None => Ok(()),
     }
 }
 
@@ -138,7 +210,7 @@ mod tests {
             let soup = [shapes::sphere(2), shapes::torus(12, 8, 1.0, 0.4), shapes::genus(2, 1), shapes::open_sheet(8, 8)]
                 [which].clone();
             let made = repair(&soup);
-            let mut progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points);
+            let mut progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points).unwrap();
             let base = progressive.mesh().clone();
             for level in way {
                 progressive.go_to(level);
@@ -157,10 +229,45 @@ mod tests {
     fn a_sphere_ends_as_a_tetrahedron_and_a_disc_as_a_triangle() {
         for (soup, smallest) in [(shapes::sphere(2), 4), (shapes::open_sheet(8, 8), 3)] {
             let made = repair(&soup);
-            let progressive = ProgressiveMesh::new(made.mesh, &made.points);
+            let progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
             assert_eq!(progressive.base_vertices().len(), smallest);
             assert_eq!(progressive.split_count() + smallest, made.points.len());
         }
+    }
+
+    #[test]
+    fn a_number_of_faces_is_a_level_and_a_mesh_by_itself() {
+        for soup in [shapes::sphere(3), shapes::open_sheet(20, 20)] {
+            let made = repair(&soup);
+            let mut progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points).unwrap();
+            for wanted in [500, 100, 499, 0, usize::MAX] {
+                progressive.go_to_faces(wanted);
+                let count = progressive.mesh().face_count();
+                let next = progressive.refine().map(|_| progressive.mesh().face_count());
+                if next.is_some() {
+                    progressive.coarsen();
+                }
+                assert!(count <= wanted || progressive.level() == 0);
+                assert!(next.is_none_or(|next| next > wanted), "the finest");
+                let compact = progressive.compact();
+                let level = repair(&compact.soup(&made.points));
+                assert!(level.report.is_clean() && level.report.unused_vertices == 0);
+                assert_eq!(level.mesh.face_count(), count);
+                assert_eq!(topology::genus(&level.mesh), topology::genus(&made.mesh));
+                assert!(compact.source.is_sorted());
+            }
+        }
+    }
+
+    #[test]
+    fn points_that_are_missing_or_not_finite_are_refused() {
+        let made = repair(&shapes::sphere(1));
+        let mut points = made.points.clone();
+        points[7].y = f64::NAN;
+        let refused = |points: &[Point3<f64>]| ProgressiveMesh::new(made.mesh.clone(), points).unwrap_err();
+        assert_eq!(refused(&points), PointsError::NotFinite { vertex: VertexId::new(7) });
+        let few = PointsError::TooFew { points: 41, vertices: 42 };
+        assert_eq!(refused(&made.points[..41]), few);
     }
 
     #[test]
@@ -174,7 +281,7 @@ mod tests {
         points.extend([Point3::new(0.0, 0.0, 0.2), Point3::new(0.0, 0.0, -0.2)]);
         let fans = (0..rim).flat_map(|i| [[i, (i + 1) % rim, rim], [(i + 1) % rim, i, rim + 1]]);
         let mesh = Mesh::from_triangles(points.len(), &fans.collect::<Vec<_>>()).unwrap();
-        let progressive = ProgressiveMesh::new(mesh, &points);
+        let progressive = ProgressiveMesh::new(mesh, &points).unwrap();
         assert_eq!(progressive.split_count(), points.len() - 4);
     }
 }

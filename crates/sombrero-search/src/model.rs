@@ -73,7 +73,7 @@ impl Model {
     /// The progressive mesh that the basis comes from.
     pub fn progressive(&self) -> ProgressiveMesh {
         let Repaired { mesh, points, .. } = self.repaired();
-        ProgressiveMesh::new(mesh.clone(), points)
+        ProgressiveMesh::new(mesh.clone(), points).expect("repaired points are finite")
     }
 
     /// The basis over points.

@@ -314,7 +314,8 @@ mod tests {
 
     fn basis(coefficients: usize) -> Basis {
         let made = repair(&shapes::bumpy_sphere(300));
-        let mut progressive = ProgressiveMesh::new(made.mesh, &made.points);
+        let mut progressive =
+            ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
         Basis::new(&mut progressive, &made.points, &BasisOptions { coefficients, ..Default::default() })
             .unwrap()
     }

@@ -124,7 +124,8 @@ pub fn info(document: &Document) -> Info {
 }
 
 fn capacity(repaired: &Repaired) -> usize {
-    let mut progressive = ProgressiveMesh::new(repaired.mesh.clone(), &repaired.points);
+    let mut progressive =
+        ProgressiveMesh::new(repaired.mesh.clone(), &repaired.points).expect("repaired points are finite");
     Basis::capacity(&mut progressive, &repaired.points)
 }
 

@@ -42,7 +42,8 @@ fn shown_function(head: &Exhibit) -> usize {
 /// (a) to (d).
 fn levels(head: &Exhibit, shown: usize, options: &RenderOptions) -> Vec<Image> {
     let repaired = head.case.detector.model().repaired();
-    let mut mesh = ProgressiveMesh::new(repaired.mesh.clone(), &repaired.points);
+    let mut mesh =
+        ProgressiveMesh::new(repaired.mesh.clone(), &repaired.points).expect("repaired points are finite");
     let (first, last) = (head.case.detector.basis().functions()[shown].split + 1, mesh.split_count());
     mesh.go_to(first);
     let centre = mesh.split(first - 1).map_or(VertexId::new(0), |split| split.vertex);

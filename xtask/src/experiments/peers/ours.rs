@@ -60,14 +60,15 @@ impl Bench<'_> {
         let made = repair(&self.mesh()?);
         let converted = timed(
             &self.subject("a simplify to 200 faces", "every collapse recorded, down to the base"),
-            |_| Ok(ProgressiveMesh::new(made.mesh.clone(), &made.points)),
+            |_| Ok(ProgressiveMesh::new(made.mesh.clone(), &made.points).expect("repaired points are finite")),
             |done| {
                 let mut progressive = done[0].clone();
                 while progressive.mesh().face_count() < 200 && progressive.refine().is_some() {}
                 self.leave(&Soup::new(made.points.clone(), progressive.mesh().triangles()))
             },
         )?;
-        let progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points);
+        let progressive =
+            ProgressiveMesh::new(made.mesh.clone(), &made.points).expect("repaired points are finite");
         let basis = timed(
             &self.subject("a basis of 50 functions", ""),
             |_| Ok(Basis::new(&mut progressive.clone(), &made.points, &BasisOptions::default())?),
