@@ -4,7 +4,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{apply_all, parse_list};
-use sombrero::extraction::{Deformation, Extractor, Nuisance};
+use sombrero::extraction::{Deformation, Extractor, Modes, Nuisance};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::{Soup, match_connectivity};
 use sombrero::stats::Ellipsoid;
@@ -50,7 +50,7 @@ fn stages(criterion: &mut Criterion) {
         let found: Vec<_> = copy.points.iter().copied().map(Some).collect();
         let simplified = attacked(&copy, "simplify:ratio=0.5");
         for (name, deformation) in NUISANCES {
-            let nuisance = Nuisance { deformation, smoothing: true };
+            let nuisance = Nuisance { deformation, modes: &[Modes::Smoothing] };
             group.bench_function(BenchmarkId::new(format!("vertices, {name}"), &subject.name), |b| {
                 b.iter(|| black_box(extractor.estimate_from_vertices(&found, nuisance).ok()));
             });
@@ -58,7 +58,7 @@ fn stages(criterion: &mut Criterion) {
                 b.iter(|| black_box(extractor.estimate_from_surface(&simplified, nuisance).ok()));
             });
         }
-        let nuisance = Nuisance { deformation: Deformation::Similarity, smoothing: false };
+        let nuisance = Nuisance { deformation: Deformation::Similarity, modes: &[] };
         let estimate = extractor.estimate_from_surface(&simplified, nuisance).expect("its own copy");
         group.bench_function(BenchmarkId::new("ellipsoid", &subject.name), |b| {
             b.iter(|| black_box(Ellipsoid::new(&estimate.coefficients, &estimate.precision).ok()));

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use sombrero::Detector;
 use sombrero::attacks::apply_all;
-use sombrero::extraction::{Deformation, Extractor, Nuisance};
+use sombrero::extraction::{Deformation, Extractor, Modes, Nuisance};
 use sombrero::io::{Document, Format};
 use sombrero::shapes;
 use sombrero::stats::{Ellipsoid, WatermarkTestOptions, watermark_test, wilson_interval};
@@ -58,7 +58,7 @@ fn of_strange_keys_at_most_a_share_p_is_in_the_ellipsoid() {
     let copy = Document::parse(somebody_else.bytes, None).unwrap();
     let key = Detector::new(&original, somebody_else.key).unwrap();
     let extractor = Extractor::new(key.basis(), key.key().parameters.epsilon, key.model().soup()).unwrap();
-    let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
+    let nuisance = Nuisance { deformation: Deformation::Affine, modes: &[Modes::Smoothing] };
     let attacks = ["simplify:ratio=0.5", "crop:fraction=0.333"].map(|s| s.parse().unwrap());
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let suspect = apply_all(&attacks, copy.soup(), &mut rng).unwrap().soup;

@@ -1,8 +1,8 @@
 //! The robust extraction: coefficients, standard errors, and everything else that was done to the shape, solved for
 //! together and with robust weights.
 
-use crate::nuisance::{Fields, Nuisance};
-use crate::smoothing;
+use crate::fields::Fields;
+use crate::nuisance::{Modes, Nuisance};
 use crate::system::{MarkMatrix, Solution};
 use nalgebra::{DMatrix, Point3, Vector3};
 use rayon::prelude::*;
@@ -22,12 +22,13 @@ pub struct Extractor {
     pub(crate) rim: Rim,
     /// The original's surface, as often as suspects were looked at side by side: each deforms one.
     surfaces: Mutex<Vec<Surface>>,
-    /// Prepared when the first suspect asks for them.
-    modes: OnceLock<Vec<Vec<Vector3<f64>>>>,
+    /// The fields of each of [`Modes::ALL`], prepared when the first suspect asks for them.
+    modes: [OnceLock<Vec<Vec<Vector3<f64>>>>; Modes::ALL.len()],
 }
 
-/// What was found in one suspect.
+/// The estimate of w* that one suspect gives.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Estimate {
     /// w*, one entry for each basis function, in units of the watermark's standard deviation; 0 where the suspect
@@ -52,7 +53,7 @@ pub struct Estimate {
     pub converged: bool,
 }
 
-/// A question without an answer.
+/// A question that an [`Extractor`] cannot answer.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum EstimateError {
@@ -93,7 +94,7 @@ pub enum EstimateError {
 }
 
 impl Extractor {
-    /// `original` are the points and triangles that `basis` was built on; `epsilon` is the strength of the mark.
+    /// An extractor for marks of strength `epsilon` in `original`, the points and triangles that `basis` was built on.
     ///
     /// # Errors
     /// [`EstimateError`] when they do not belong together or the original has no surface.
@@ -113,13 +114,14 @@ impl Extractor {
             rim: Rim::new(&original.triangles),
             original: original.clone(),
             surfaces: Mutex::default(),
-            modes: OnceLock::new(),
+            modes: Default::default(),
         })
     }
 
     pub(crate) fn fields(&self, nuisance: Nuisance) -> Fields<'_> {
-        let modes = || self.modes.get_or_init(|| smoothing::modes(&self.original)).as_slice();
-        Fields::new(&self.original, nuisance.deformation, if nuisance.smoothing { modes() } else { &[] })
+        let prepared =
+            |modes: &Modes| self.modes[*modes as usize].get_or_init(|| modes.fields(&self.original));
+        Fields::new(&self.original, nuisance.deformation, nuisance.modes.iter().flat_map(prepared).collect())
     }
 
     /// A surface in the shape of the original, to be deformed.

@@ -24,8 +24,10 @@ const RANK_TOLERANCE: f64 = 1e-5;
 /// Coefficients with more than this share of their unit vector in undetermined directions are missing.
 const LARGEST_UNDETERMINED: f64 = 1e-6;
 
-/// The coefficients found in a suspect mesh.
+/// The coefficients that were found in a suspect mesh.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Extraction {
     /// w*, one entry for each basis function; `None` where the present vertices do not determine it.
     pub coefficients: Vec<Option<f64>>,
@@ -36,7 +38,7 @@ pub struct Extraction {
     pub residual_rms: f64,
 }
 
-/// A question without an answer.
+/// A question that [`extract`] cannot answer.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ExtractError {
@@ -60,7 +62,7 @@ pub enum ExtractError {
     },
 }
 
-/// Solves for the coefficients that best explain how `suspect` differs from `original`.
+/// The coefficients w* that best explain how `suspect` differs from `original`.
 ///
 /// All three have one row a vertex: `suspect[j]` is where vertex j of the original is found, in the frame
 /// of the original, or `None` when it has no counterpart. `epsilon` is the strength that the mark was made with.

@@ -1,6 +1,8 @@
 #![doc = include_str!("../README.md")]
 
+mod deformation;
 mod extractor;
+mod fields;
 mod least_squares;
 mod nuisance;
 mod robust;
@@ -9,6 +11,10 @@ mod surface;
 mod system;
 mod vertices;
 
+pub use deformation::Deformation;
 pub use extractor::{Estimate, EstimateError, Extractor};
 pub use least_squares::{ExtractError, Extraction, extract};
-pub use nuisance::{Deformation, Nuisance};
+pub use nuisance::{Modes, Nuisance};
+
+/// The linear algebra of this crate's signatures.
+pub use nalgebra;

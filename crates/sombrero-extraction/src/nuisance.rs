@@ -1,244 +1,51 @@
 //! What an attacker did to the shape beside hiding the mark: displacement fields that are solved for together with
 //! the coefficients, so that they are not mistaken for noise or for the mark.
 //!
-//! A nuisance is a linear combination N β of known fields over the original's vertices:
+//! A nuisance is a linear combination N β of known fields over the original's vertices: one family of smooth deformations
+//! of space (`deformation.rs`), and modes that follow from the original's own shape ([`Modes`]).
 //!
-//! ```text
-//! similarity   t + ω × x + s x                                      7 columns, to first order
-//! polynomial   Σ c_q ψ_q(x), ψ_q products of Legendre polynomials   3 for each of the polynomials below
-//!              affine       total degree ≤ 1                         4 · 3 = 12
-//!              quadratic    total degree ≤ 2                        10 · 3 = 30
-//!              cubic        total degree ≤ 3                        20 · 3 = 60
-//!              lattice      degree ≤ 3 in each coordinate           64 · 3 = 192
-//! smoothing    S_k v - v for a few filters S_k                       4 columns
-//! ```
+//! **Adding a nuisance**, say an offset along the normals, takes
 //!
-//! with x scaled to [-1, 1] over the bounding box. Affine maps are exact, a 4 × 4 × 4 lattice of Bézier control
-//! points (Sederberg and Parry 1986) too, projective maps to third order. This is the paper's open idea (section 7) of
-//! a scheme that free-form deformation does not reach.
+//! 1. a file beside `smoothing.rs` with a function from the original to its fields, one vector for each vertex and
+//!    field, scaled such that 1 of it is much;
+//! 2. a row of [`Modes`] (its variant, its place in `ALL`, its function in `fields`).
+//!
+//! The search tries it with a row of `sombrero-search/src/nuisances.rs`. Every row counts: p is multiplied by their number.
+//!
+//! Fields must follow from the original alone. Whatever they take away from w* they take away from its precision too.
 
-use nalgebra::{Point3, Vector3};
-use sombrero_mesh::{BoundingBox, Soup};
+use crate::deformation::Deformation;
+use crate::smoothing;
+use nalgebra::Vector3;
+use sombrero_mesh::Soup;
 
-/// The smooth deformations that are projected out. Each contains those before it (a similarity to first order).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// A family of fields that follow from the original's shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
-pub enum Deformation {
-    /// Turning, moving and scaling, to first order: what a registration leaves.
-    Similarity,
-    /// Any affine map.
-    Affine,
-    /// Polynomials of total degree 2.
-    Quadratic,
-    /// Polynomials of total degree 3.
-    Cubic,
-    /// Polynomials of degree 3 in each coordinate: free-form deformation.
-    Lattice,
+pub enum Modes {
+    /// What smoothing filters do to the original: 4 columns.
+    Smoothing,
 }
 
-/// What is solved for beside the coefficients.
+impl Modes {
+    /// All families, in the order of their declaration.
+    pub const ALL: [Self; 1] = [Self::Smoothing];
+
+    /// The fields, one vector for each vertex of `original`.
+    pub(crate) fn fields(self, original: &Soup) -> Vec<Vec<Vector3<f64>>> {
+        match self {
+            Self::Smoothing => smoothing::modes(original),
+        }
+    }
+}
+
+/// A set of fields that is solved for beside the coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Nuisance {
     /// Smooth deformations of space.
     pub deformation: Deformation,
-    /// Whether the suspect may have been smoothed.
-    pub smoothing: bool,
-}
-
-impl Deformation {
-    /// All, simplest first.
-    pub const ALL: [Self; 5] = [Self::Similarity, Self::Affine, Self::Quadratic, Self::Cubic, Self::Lattice];
-
-    /// Exponents of the Legendre polynomials in x, y and z for each scalar field.
-    fn exponents(self) -> Vec<[usize; 3]> {
-        let (total, each) = match self {
-            Self::Similarity | Self::Affine => (1, 1),
-            Self::Quadratic => (2, 2),
-            Self::Cubic => (3, 3),
-            Self::Lattice => (9, 3),
-        };
-        let all = (0..=each).flat_map(|i| (0..=each).flat_map(move |j| (0..=each).map(move |k| [i, j, k])));
-        let mut chosen: Vec<[usize; 3]> = all.filter(|e| e.iter().sum::<usize>() <= total).collect();
-        // The constant first, then x, y, z, as the similarity's columns expect.
-        chosen.sort_by_key(|&[i, j, k]| (i + j + k, [3 - i, 3 - j, 3 - k]));
-        chosen
-    }
-}
-
-/// The fields of one nuisance over the vertices of the original.
-///
-/// Their values are computed where they are needed: a few products for each, while all of them would take twenty times
-/// the memory of the mesh.
-#[derive(Debug, Clone)]
-pub(crate) struct Fields<'a> {
-    deformation: Deformation,
-    original: &'a Soup,
-    frame: Frame,
-    /// Those of the Legendre polynomials in x, y and z, for each scalar field.
-    exponents: Vec<[usize; 3]>,
-    /// S_k v - v for each filter.
-    modes: &'a [Vec<Vector3<f64>>],
-}
-
-/// One point's ψ: at most the lattice's 64.
-type Scalars = [f64; 64];
-
-impl<'a> Fields<'a> {
-    pub(crate) fn new(original: &'a Soup, deformation: Deformation, modes: &'a [Vec<Vector3<f64>>]) -> Self {
-        let frame = Frame::new(original, deformation == Deformation::Similarity);
-        Self { deformation, original, frame, exponents: deformation.exponents(), modes }
-    }
-
-    /// How many columns N has.
-    pub(crate) fn columns(&self) -> usize {
-        let smooth = if self.deformation == Deformation::Similarity { 7 } else { 3 * self.exponents.len() };
-        smooth + self.modes.len()
-    }
-
-    /// The standard deviation that column i's unknown has beforehand: what it moves is of the order of `length`.
-    pub(crate) fn prior_deviation(&self, i: usize, length: f64) -> f64 {
-        // A filter's strength is a number of the order of one whatever the units are.
-        if i + self.modes.len() < self.columns() { length } else { 1.0 }
-    }
-
-    /// n · N at the point of a face with these weights: one row.
-    pub(crate) fn row(&self, corners: [u32; 3], weights: [f64; 3], n: &Vector3<f64>, row: &mut [f64]) {
-        let mut psi: Scalars = [0.0; 64];
-        for (&v, weight) in corners.iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
-            for (sum, value) in psi.iter_mut().zip(self.at(v)) {
-                *sum += weight * value;
-            }
-        }
-        let (smooth, modes) = row.split_at_mut(row.len() - self.modes.len());
-        if self.deformation == Deformation::Similarity {
-            let x = Vector3::new(psi[1], psi[2], psi[3]);
-            let turn = x.cross(n);
-            smooth.copy_from_slice(&[n.x, n.y, n.z, turn.x, turn.y, turn.z, x.dot(n)]);
-        } else {
-            for (out, psi) in smooth.chunks_exact_mut(3).zip(psi) {
-                out.iter_mut().zip(n.iter()).for_each(|(out, n)| *out = psi * n);
-            }
-        }
-        for (out, mode) in modes.iter_mut().zip(self.modes) {
-            *out = corners.iter().zip(weights).map(|(&v, weight)| mode[v as usize].dot(n) * weight).sum();
-        }
-    }
-
-    /// N β at a vertex, in model units.
-    pub(crate) fn displacement(&self, vertex: u32, beta: &[f64]) -> Vector3<f64> {
-        let psi = self.at(vertex);
-        let (smooth, modes) = beta.split_at(beta.len() - self.modes.len());
-        let shaken: Vector3<f64> = match smooth {
-            &[a, b, c, i, j, k, scale] if self.deformation == Deformation::Similarity => {
-                let x = Vector3::new(psi[1], psi[2], psi[3]);
-                Vector3::new(a, b, c) + Vector3::new(i, j, k).cross(&x) + x * scale
-            }
-            smooth => {
-                let terms = smooth.chunks_exact(3).zip(psi);
-                terms.map(|(c, psi)| Vector3::new(c[0], c[1], c[2]) * psi).sum()
-            }
-        };
-        shaken
-            + modes.iter().zip(self.modes).map(|(b, mode)| mode[vertex as usize] * *b).sum::<Vector3<f64>>()
-    }
-
-    /// ψ at a vertex; zero beyond the fields that there are.
-    fn at(&self, vertex: u32) -> Scalars {
-        let [x, y, z] = self.frame.unit(&self.original.points[vertex as usize]).map(legendre);
-        let mut psi = [0.0; 64];
-        for (psi, &[i, j, k]) in psi.iter_mut().zip(&self.exponents) {
-            *psi = x[i] * y[j] * z[k];
-        }
-        psi
-    }
-}
-
-/// The bounding box as the cube [-1, 1]³; one scale for all axes where shape matters (similarity).
-#[derive(Debug, Clone)]
-struct Frame {
-    centre: Point3<f64>,
-    half: Vector3<f64>,
-}
-
-impl Frame {
-    fn new(original: &Soup, uniform: bool) -> Self {
-        let around = original.bounding_box();
-        let centre = around.map_or(Point3::origin(), |b| nalgebra::center(&b.min, &b.max));
-        let sides = around.map_or(Vector3::zeros(), |b: BoundingBox| b.sides());
-        let largest = if sides.max() > 0.0 { sides.max() / 2.0 } else { 1.0 };
-        // A flat box gets some depth, so that points of a copy beside it stay in range.
-        let half =
-            if uniform { Vector3::repeat(largest) } else { (sides / 2.0).map(|s| s.max(0.05 * largest)) };
-        Self { centre, half }
-    }
-
-    fn unit(&self, p: &Point3<f64>) -> [f64; 3] {
-        // Vertices without a face may lie anywhere; the fields say nothing about them.
-        (p - self.centre).component_div(&self.half).map(|x| x.clamp(-2.0, 2.0)).into()
-    }
-}
-
-/// P_0 to P_3 at x.
-fn legendre(x: f64) -> [f64; 4] {
-    [1.0, x, (3.0 * x * x - 1.0) / 2.0, (5.0 * x * x - 3.0) * x / 2.0]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::smoothing;
-    use sombrero_shapes as shapes;
-
-    const ALL: [(Deformation, usize); 5] = [
-        (Deformation::Similarity, 7),
-        (Deformation::Affine, 12),
-        (Deformation::Quadratic, 30),
-        (Deformation::Cubic, 60),
-        (Deformation::Lattice, 192),
-    ];
-
-    #[test]
-    fn columns_are_as_many_as_said() {
-        let soup = shapes::sphere(2);
-        for (deformation, columns) in ALL {
-            let modes = smoothing::modes(&soup);
-            let count = |modes| Fields::new(&soup, deformation, modes).columns();
-            assert_eq!((count(&[]), count(&modes)), (columns, columns + 4), "{deformation:?}");
-        }
-    }
-
-    /// The row of a vertex times β is n · (N β) there.
-    #[test]
-    fn rows_and_displacements_are_one_field() {
-        let soup = shapes::bumpy_sphere(200);
-        for (deformation, _) in ALL {
-            let modes = smoothing::modes(&soup);
-            let fields = Fields::new(&soup, deformation, &modes);
-            let beta: Vec<f64> = (0..fields.columns()).map(|i| (i as f64 * 0.7).sin()).collect();
-            let n = Vector3::new(0.3, -0.5, 0.8);
-            let t = soup.triangles[11];
-            let weights = [0.2, 0.5, 0.3];
-            let mut row = vec![0.0; fields.columns()];
-            fields.row(t, weights, &n, &mut row);
-            let by_row: f64 = row.iter().zip(&beta).map(|(a, b)| a * b).sum();
-            let moved: Vector3<f64> =
-                t.iter().zip(weights).map(|(&v, w)| fields.displacement(v, &beta) * w).sum();
-            assert!((by_row - n.dot(&moved)).abs() < 1e-12, "{deformation:?}");
-        }
-    }
-
-    /// A small rotation about any centre is in the span of the similarity's columns.
-    #[test]
-    fn a_small_similarity_is_in_the_span() {
-        let soup = shapes::part(2);
-        let fields = Fields::new(&soup, Deformation::Similarity, &[]);
-        let omega = Vector3::new(0.3, -0.2, 0.1);
-        let frame = Frame::new(&soup, true);
-        let turn = omega * frame.half.x;
-        let beta = [0.0, 0.0, 0.0, turn.x, turn.y, turn.z, 0.0];
-        for (v, p) in (0..).zip(&soup.points) {
-            let expected = omega.cross(&(p - frame.centre));
-            assert!((fields.displacement(v, &beta) - expected).norm() < 1e-12);
-        }
-    }
+    /// Fields that follow from the original's shape: `&[Modes::Smoothing]` where the suspect may have been smoothed.
+    pub modes: &'static [Modes],
 }

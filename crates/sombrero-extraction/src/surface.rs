@@ -15,8 +15,10 @@
 //! further away than most (parts that the suspect has and the original has not), and by the biweight those whose
 //! residual is an outlier.
 
+use crate::deformation::Deformation;
 use crate::extractor::{Estimate, EstimateError, Extractor, check};
-use crate::nuisance::{Deformation, Fields, Nuisance};
+use crate::fields::Fields;
+use crate::nuisance::Nuisance;
 use crate::robust::{MAD_TO_DEVIATION, TUKEY, biweight, median};
 use crate::system::{Observation, Solution, solve};
 use nalgebra::{Point3, Vector3};
@@ -48,7 +50,7 @@ const ON_RIM: f64 = 1e-9;
 const PRESENT: f64 = 1e-4;
 
 impl Extractor {
-    /// `suspect` must have been brought onto the original: within about the size of the features that the mark
+    /// The estimate from a surface of any connectivity. `suspect` must have been brought onto the original: within about the size of the features that the mark
     /// moves, or what is left must be a deformation that `nuisance` has.
     ///
     /// # Errors
@@ -70,7 +72,7 @@ impl Extractor {
         let mut fit = Fit::new(self, few_solves * few.places.len() + all_solves * all.places.len());
         for deformation in simpler() {
             // What is simple first: a bend is found from a stretch, and a stretch from a turn.
-            fit.fields = self.fields(Nuisance { deformation, smoothing: false });
+            fit.fields = self.fields(Nuisance { deformation, modes: &[] });
             fit.iterate(&few, APPROACH, STILL[0]);
         }
         fit.fields = self.fields(nuisance);
@@ -151,7 +153,7 @@ impl<'a> Fit<'a> {
     fn new(extractor: &'a Extractor, most: usize) -> Self {
         Self {
             extractor,
-            fields: extractor.fields(Nuisance { deformation: Deformation::Similarity, smoothing: false }),
+            fields: extractor.fields(Nuisance { deformation: Deformation::Similarity, modes: &[] }),
             positions: extractor.original.points.clone(),
             surface: extractor.surface(),
             weights: Vec::new(),

@@ -21,7 +21,7 @@
 //! Matrices are multiplied by plain loops in a fixed order: the same bits on every machine, which a library that picks
 //! its instructions at run time does not give.
 
-use crate::nuisance::Fields;
+use crate::fields::Fields;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen, Vector3};
 use nalgebra_sparse::CsrMatrix;
 use rayon::prelude::*;

@@ -1,7 +1,8 @@
 //! Extraction when the place of each vertex is known: three observations a vertex, one along each axis.
 
 use crate::extractor::{Estimate, EstimateError, Extractor};
-use crate::nuisance::{Fields, Nuisance};
+use crate::fields::Fields;
+use crate::nuisance::Nuisance;
 use crate::robust::{MAXWELL, TUKEY, biweight, median};
 use crate::system::{Observation, Solution, solve};
 use nalgebra::{Point3, Vector3};
@@ -13,7 +14,7 @@ const ITERATIONS: usize = 4;
 const LEAST_SCALE: f64 = 1e-9;
 
 impl Extractor {
-    /// `found[v]` is where vertex v of the original is on the suspect, or `None`. The suspect must have been brought
+    /// The estimate from vertices that are known one by one: `found[v]` is where vertex v of the original is on the suspect, or `None`. The suspect must have been brought
     /// near the original (first order of the nuisance); an affine map may be any that is not extreme.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use sombrero_basis::{Basis, BasisOptions};
-use sombrero_extraction::{Deformation, Extractor, Nuisance};
+use sombrero_extraction::{Deformation, Extractor, Modes, Nuisance};
 use sombrero_mesh::{Soup, repair};
 use sombrero_progress::heard;
 use sombrero_progressive::ProgressiveMesh;
@@ -15,7 +15,7 @@ fn an_extraction_says_how_far_it_is() {
     let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
     let basis = Basis::new(&mut progressive, &made.points, &BasisOptions::default()).unwrap();
     let extractor = Extractor::new(&basis, 0.01, &soup).unwrap();
-    let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
+    let nuisance = Nuisance { deformation: Deformation::Affine, modes: &[Modes::Smoothing] };
     let found: Vec<_> = soup.points.iter().copied().map(Some).collect();
     let vertices = || extractor.estimate_from_vertices(&found, nuisance).unwrap().coefficients;
     let surface = || extractor.estimate_from_surface(&soup, nuisance).unwrap().coefficients;

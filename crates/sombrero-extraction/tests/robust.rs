@@ -7,13 +7,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sombrero_basis::{Basis, BasisOptions};
-use sombrero_extraction::{Deformation, Estimate, EstimateError, Extractor, Nuisance, extract};
+use sombrero_extraction::{Deformation, Estimate, EstimateError, Extractor, Modes, Nuisance, extract};
 use sombrero_mesh::{Soup, repair};
 use sombrero_progressive::ProgressiveMesh;
 use sombrero_shapes as shapes;
 
 const EPSILON: f64 = 0.01;
-const NOTHING: Nuisance = Nuisance { deformation: Deformation::Similarity, smoothing: false };
+const SMOOTHING: &[Modes] = &[Modes::Smoothing];
+const NOTHING: Nuisance = Nuisance { deformation: Deformation::Similarity, modes: &[] };
 
 struct Case {
     soup: Soup,
@@ -95,7 +96,7 @@ proptest! {
         let w = watermark(30, seed);
         let map = Matrix3::identity() + Matrix3::from_row_slice(&entries);
         let moved: Vec<_> = case.marked(&w).iter().map(|p| map * p).collect();
-        let nuisance = Nuisance { deformation: Deformation::Affine, smoothing: false };
+        let nuisance = Nuisance { deformation: Deformation::Affine, modes: &[] };
         let found = case.extractor.estimate_from_vertices(&some(&moved), nuisance).unwrap();
         let (mut dot, mut norms) = (0.0, [0.0; 2]);
         for (x, y) in found.coefficients.iter().zip(&w) {
@@ -159,7 +160,7 @@ fn a_bend_is_told_from_the_mark() {
     };
     let bent: Vec<_> = case.marked(&w).iter().map(bend).collect();
     let suspect = subdivided(&Soup::new(bent, case.soup.triangles.clone()));
-    let nuisance = Nuisance { deformation: Deformation::Lattice, smoothing: true };
+    let nuisance = Nuisance { deformation: Deformation::Lattice, modes: &[Modes::Smoothing] };
     let found = case.extractor.estimate_from_surface(&suspect, nuisance).unwrap();
     let known: Vec<usize> = (0..40).filter(|&i| found.standard_errors[i] < 0.2).collect();
     let errors: Vec<f64> = known.iter().map(|&i| (found.coefficients[i] - w[i]).powi(2)).collect();
@@ -208,11 +209,11 @@ fn smoothing_is_told_from_the_mark() {
         };
         points = rings.iter().enumerate().map(smoothed).collect();
     }
-    let error = |smoothing| {
-        let nuisance = Nuisance { deformation: Deformation::Similarity, smoothing };
+    let error = |modes| {
+        let nuisance = Nuisance { deformation: Deformation::Similarity, modes };
         worst(&case.extractor.estimate_from_vertices(&some(&points), nuisance).unwrap(), &w)
     };
-    assert!(error(true) < 0.25 * error(false), "{} with, {} without", error(true), error(false));
+    assert!(error(SMOOTHING) < 0.25 * error(&[]), "{} with, {} without", error(SMOOTHING), error(&[]));
 }
 
 #[test]
@@ -233,7 +234,7 @@ fn outliers_count_for_nothing() {
 fn threads_do_not_change_a_bit() {
     let case = case(900, 20);
     let suspect = subdivided(&Soup::new(case.marked(&watermark(20, 1)), case.soup.triangles.clone()));
-    let nuisance = Nuisance { deformation: Deformation::Lattice, smoothing: true };
+    let nuisance = Nuisance { deformation: Deformation::Lattice, modes: &[Modes::Smoothing] };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| case.extractor.estimate_from_surface(&suspect, nuisance).unwrap())
@@ -298,8 +299,8 @@ fn any_suspect_gives_numbers() {
     let far = one([[1e9, 0.0, 0.0], [1e9, 1.0, 0.0], [1e9, 0.0, 1.0]]);
     for suspect in [flat, near, far] {
         for deformation in [Deformation::Similarity, Deformation::Affine, Deformation::Lattice] {
-            for smoothing in [false, true] {
-                let nuisance = Nuisance { deformation, smoothing };
+            for modes in [&[][..], SMOOTHING] {
+                let nuisance = Nuisance { deformation, modes };
                 let found = case.extractor.estimate_from_surface(&suspect, nuisance).unwrap();
                 assert!(found.coefficients.iter().all(|w| w.is_finite()), "{nuisance:?}");
                 assert!(found.precision.iter().all(|p| p.is_finite()), "{nuisance:?}");

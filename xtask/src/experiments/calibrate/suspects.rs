@@ -8,7 +8,7 @@ use nalgebra::{Point3, Similarity3};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sombrero::attacks::{apply_all, parse_list};
-use sombrero::extraction::{Deformation, Nuisance};
+use sombrero::extraction::{Deformation, Modes, Nuisance};
 use sombrero::mesh::Soup;
 use sombrero::registration::{Reference, RegisterOptions, register};
 use sombrero::resampling::{ResampleOptions, resample};
@@ -147,7 +147,7 @@ impl Kind {
 }
 
 /// What is solved for beside the coefficients.
-const NUISANCE: Nuisance = Nuisance { deformation: Deformation::Affine, smoothing: true };
+const NUISANCE: Nuisance = Nuisance { deformation: Deformation::Affine, modes: &[Modes::Smoothing] };
 
 fn surface(case: &Case, name: &str, suspect: &Soup) -> anyhow::Result<Vec<Extracted>> {
     key_tests(name, &case.extractor()?.estimate_from_surface(suspect, NUISANCE)?)

@@ -170,7 +170,7 @@ impl Bench<'_> {
         let epsilon = Preset::Paper.parameters().epsilon;
         let suspect = read_mesh(self.cases, &format!("{}.fit", self.model))?;
         let truth = read_points(self.cases, &format!("{}.fit.marked.f64", self.model))?;
-        let nuisance = Nuisance { deformation: Deformation::Similarity, smoothing: false };
+        let nuisance = Nuisance { deformation: Deformation::Similarity, modes: &[] };
         let rms = |found: &[Point3<f64>]| {
             let squares: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).norm_squared()).sum();
             (squares / truth.len() as f64).sqrt() / diagonal(&soup)
