@@ -1,5 +1,17 @@
 //! The axes of an ellipsoid: P = Q diag(l) Qᵀ, in whose coordinates its directions are independent.
 //!
+//! **How near to orthogonal Q is** decides what may be claimed from it, since a claimant may choose P and w*. Let R be
+//! the matrix that stands for Qᵀ in doubles and δ ≥ |R Rᵀ - 1|. By its polar decomposition R = S U with U orthogonal and
+//! |S - 1| ≤ δ, so U w, of which R w stands for, is as Gaussian as w is; and with the rounding of the m products of a row
+//! (Higham, Accuracy and Stability of Numerical Algorithms, 2002, section 3.1),
+//!
+//! ```text
+//! |fl(R w)_k - (U w)_k| ≤ η |w|,    η = δ + (1 + δ) γ_m,    γ_m = m u / (1 - m u),    u = 2⁻⁵³
+//! ```
+//!
+//! The error is one of w alone, however large w* is, as long as w is rotated before w* is subtracted. δ is measured, not
+//! taken from what the iteration should reach.
+//!
 //! All that is special about the decomposition stands here, once: rows of zeros, which would end the iteration in NaN;
 //! rounding around 0, which is no knowledge; diagonal matrices, which need no rotation and may span any range.
 
@@ -18,35 +30,50 @@ pub(crate) struct Axes {
     rotation: Option<DMatrix<f64>>,
     /// l, none negative.
     precisions: DVector<f64>,
+    /// η; 0 for the identity.
+    rounding: f64,
 }
 
 impl Axes {
     /// Of a symmetric, positive semi-definite matrix; rounding noise around 0 is cleared.
     pub(crate) fn new(precision: &DMatrix<f64>) -> Result<Self, EllipsoidError> {
         let m = precision.nrows();
-        let (rotation, mut eigenvalues, rounding) = if is_diagonal(precision) {
-            (None, precision.diagonal(), 0.0)
-        } else {
-            let mut symmetric =
-                DMatrix::from_fn(m, m, |i, j| 0.5 * precision[(i, j)] + 0.5 * precision[(j, i)]);
-            keep_zero_rows_apart(&mut symmetric);
-            let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 1000 * m)
-                .ok_or(EllipsoidError::Decomposition)?;
-            (Some(eigen.eigenvectors.transpose()), eigen.eigenvalues, m as f64 * f64::EPSILON)
-        };
-        if let Some(&eigenvalue) = eigenvalues.iter().find(|l| !l.is_finite()) {
+        if is_diagonal(precision) {
+            return Self::with_rounding_cleared(None, precision.diagonal(), (0.0, 0.0));
+        }
+        let mut symmetric = DMatrix::from_fn(m, m, |i, j| 0.5 * precision[(i, j)] + 0.5 * precision[(j, i)]);
+        keep_zero_rows_apart(&mut symmetric);
+        let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 1000 * m)
+            .ok_or(EllipsoidError::Decomposition)?;
+        let noise = m as f64 * f64::EPSILON;
+        let deviation = deviation_from_orthogonal(&eigen.eigenvectors);
+        let rounding = deviation + (1.0 + deviation) * gamma(m);
+        Self::with_rounding_cleared(
+            Some(eigen.eigenvectors.transpose()),
+            eigen.eigenvalues,
+            (noise, rounding),
+        )
+    }
+
+    /// Eigenvalues up to `noise` times the largest one are 0.
+    fn with_rounding_cleared(
+        rotation: Option<DMatrix<f64>>,
+        mut precisions: DVector<f64>,
+        (noise, rounding): (f64, f64),
+    ) -> Result<Self, EllipsoidError> {
+        if let Some(&eigenvalue) = precisions.iter().find(|l| !l.is_finite()) {
             return Err(EllipsoidError::NotPositive { eigenvalue });
         }
-        let largest = eigenvalues.iter().fold(0.0_f64, |m, l| m.max(l.abs()));
-        if let Some(&eigenvalue) = eigenvalues.iter().find(|l| **l < -TOLERANCE * largest) {
+        let largest = precisions.iter().fold(0.0_f64, |m, l| m.max(l.abs()));
+        if let Some(&eigenvalue) = precisions.iter().find(|l| **l < -TOLERANCE * largest) {
             return Err(EllipsoidError::NotPositive { eigenvalue });
         }
-        eigenvalues.apply(|l| {
-            if *l <= rounding * largest {
+        precisions.apply(|l| {
+            if *l <= noise * largest {
                 *l = 0.0;
             }
         });
-        Ok(Self { rotation, precisions: eigenvalues })
+        Ok(Self { rotation, precisions, rounding })
     }
 
     /// l in no particular order.
@@ -75,11 +102,31 @@ impl Axes {
         }
     }
 
-    /// yᵀ diag(l) y over the largest l, for y in these coordinates.
-    pub(crate) fn relative_norm(&self, y: &DVector<f64>) -> f64 {
+    /// No knowledge along the directions where c, in these coordinates, is beyond `furthest`.
+    pub(crate) fn forget_beyond(&mut self, centre: &DVector<f64>, furthest: f64) {
+        for (l, c) in self.precisions.iter_mut().zip(centre.iter()) {
+            // A NaN is as little known.
+            if c.is_nan() || c.abs() > furthest {
+                *l = 0.0;
+            }
+        }
+    }
+
+    /// At least Σ l_k ((U w)_k - c_k)² over the largest l, and more only by rounding.
+    pub(crate) fn relative_distance(&self, w: DVector<f64>, centre: &DVector<f64>) -> f64 {
+        let slack = self.rounding * w.norm() * (1.0 + w.len() as f64 * f64::EPSILON);
+        let rotated = self.rotated(w);
         let largest = self.largest_precision();
-        let squares = self.precisions.iter().zip(y.iter());
-        let sum: f64 = squares.filter(|(l, _)| **l > 0.0).map(|(l, y)| l / largest * y * y).sum();
+        let (mut sum, mut terms) = (0.0, 0.0);
+        for ((l, y), c) in self.precisions.iter().zip(rotated.iter()).zip(centre.iter()) {
+            if *l > 0.0 {
+                let gap = (y - c).abs() * (1.0 + f64::EPSILON) + slack;
+                sum += l / largest * gap * gap;
+                terms += 1.0;
+            }
+        }
+        // The rounding of a sum of positive terms, each of a few products.
+        sum *= 1.0 + (terms + 8.0) * f64::EPSILON;
         // Huge values of both signs: far apart.
         if sum.is_nan() { f64::INFINITY } else { sum }
     }
@@ -124,6 +171,30 @@ fn keep_zero_rows_apart(matrix: &mut DMatrix<f64>) {
             matrix[(i, i)] = tiny;
         }
     }
+}
+
+/// At least γ_m, for any order of summation and vectors of length 1 to a hundredth.
+fn gamma(m: usize) -> f64 {
+    1.02 * m as f64 * (0.5 * f64::EPSILON)
+}
+
+/// At least the largest |eigenvalue| of QᵀQ - 1, by its largest absolute row sum, the rounding of the products included;
+/// ∞ where Q is no rotation at all.
+fn deviation_from_orthogonal(q: &DMatrix<f64>) -> f64 {
+    let m = q.ncols();
+    let mut sums = vec![m as f64 * gamma(m); m];
+    for i in 0..m {
+        for j in 0..=i {
+            let product = q.column(i).dot(&q.column(j));
+            if i == j {
+                sums[i] += (product - 1.0).abs();
+            } else {
+                sums[i] += product.abs();
+                sums[j] += product.abs();
+            }
+        }
+    }
+    if sums.iter().all(|sum| *sum < 0.01) { sums.into_iter().fold(0.0, f64::max) } else { f64::INFINITY }
 }
 
 fn is_diagonal(matrix: &DMatrix<f64>) -> bool {
