@@ -1,6 +1,7 @@
 //! The robust extraction: coefficients, standard errors, and everything else that was done to the shape, solved for
 //! together and with robust weights.
 
+use crate::answer::Answer;
 use crate::fields::Fields;
 use crate::nuisance::{Modes, Nuisance};
 use crate::system::{MarkMatrix, Solution};
@@ -186,12 +187,12 @@ impl Estimate {
         present: Vec<bool>,
         (iterations, converged): (usize, bool),
     ) -> Self {
-        let answer = solution.answer();
+        let answer = Answer::new(solution);
         let used = weights.iter().filter(|w| **w > 0.0).count();
         Self {
             coefficients: answer.coefficients,
             standard_errors: answer.errors.iter().map(|e| e * variance.sqrt()).collect(),
-            precision: &solution.information / variance,
+            precision: answer.precision / variance,
             positions,
             present,
             residual_rms: variance.sqrt(),

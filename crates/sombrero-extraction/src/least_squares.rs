@@ -13,7 +13,7 @@
 //!
 //! Nothing here knows a watermark (design law 1: what computes w* must not see w).
 
-use crate::system::eigen;
+use crate::answer::eigen;
 use nalgebra::{DMatrix, DVector, Point3, SymmetricEigen, Vector3};
 use nalgebra_sparse::CsrMatrix;
 use sombrero_basis::Basis;

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod answer;
 mod deformation;
 mod extractor;
 mod fields;
@@ -7,6 +8,7 @@ mod least_squares;
 mod nuisance;
 mod robust;
 mod smoothing;
+mod square_root;
 mod surface;
 mod system;
 mod vertices;

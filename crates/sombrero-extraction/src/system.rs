@@ -15,14 +15,14 @@
 //!
 //! eliminates β: P is the precision of w*, the inverse of the covariance of its errors for residuals of variance s².
 //! Both unknowns have weak priors while the fit is under way, so that what the suspect does not show stays 0: w is
-//! standard Gaussian, as every watermark is, N β is of the order of a tenth of the model, and a filter's strength of one. The answer is w*
-//! without the prior.
+//! standard Gaussian, as every watermark is, N β is of the order of a tenth of the model, and a filter's strength of
+//! one. The answer (`answer.rs`) is w* without the prior, and P as a square.
 //!
 //! Matrices are multiplied by plain loops in a fixed order: the same bits on every machine, which a library that picks
 //! its instructions at run time does not give.
 
 use crate::fields::Fields;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 use nalgebra_sparse::CsrMatrix;
 use rayon::prelude::*;
 use sombrero_basis::Basis;
@@ -33,8 +33,6 @@ const CHUNK: usize = 8192;
 const BLOCK: usize = 256;
 /// Standard deviation of N β beforehand, in units of the largest side.
 const DEFORMATION: f64 = 0.1;
-/// Eigenvalues of P below this share of the largest are undetermined directions.
-const RANK_TOLERANCE: f64 = 1e-10;
 
 /// One scalar equation.
 #[derive(Debug, Clone, Copy)]
@@ -63,8 +61,10 @@ pub(crate) struct Solution {
     /// With the prior: for the next iteration.
     pub(crate) w: DVector<f64>,
     pub(crate) beta: DVector<f64>,
-    /// s² P.
-    pub(crate) information: DMatrix<f64>,
+    /// s² P as a difference, with its rounding; the lower triangle.
+    pub(crate) left: DMatrix<f64>,
+    /// The squared lengths of the columns of B, of which it is what is left.
+    pub(crate) lengths: Vec<f64>,
     /// s² P w*.
     pub(crate) score: DVector<f64>,
 }
@@ -197,18 +197,23 @@ pub(crate) fn solve(
     let prior: Vec<f64> =
         (0..k).map(|i| variance / fields.prior_deviation(i, DEFORMATION * side).powi(2)).collect();
     let elimination = Elimination::new(&matrix, &right, m, &prior);
-    let (information, score) = elimination.reduced(&matrix, &right);
-    let w = with_prior(&information, &score, variance);
+    let (left, score) = elimination.reduced(&matrix, &right);
+    let w = with_prior(&left, &score, variance);
     let beta = elimination.nuisance(&w);
-    Solution { w, beta, information, score }
+    let lengths = (0..m).map(|i| matrix[(i, i)]).collect();
+    Solution { w, beta, left, lengths, score }
 }
 
-/// H⁻¹ Cᵀ and H⁻¹ c, with the columns of N scaled to a unit diagonal.
+/// L⁻¹ Cᵀ and L⁻¹ c with H = L Lᵀ, the columns of N scaled to a unit diagonal.
+///
+/// L⁻¹ Cᵀ is the part of B that nuisances explain, in k coordinates, so that its columns are no longer than those of B,
+/// whatever the condition of H. (H⁻¹ Cᵀ may be huge where deformations are hardly seen, on flat parts say, and
+/// G - C (H⁻¹ Cᵀ) then lost half of its digits.)
 struct Elimination {
     scale: DVector<f64>,
-    /// Cᵀ, scaled.
-    coupling: DMatrix<f64>,
-    of_columns: DMatrix<f64>,
+    /// L; `None` where there are no nuisances, or H has a value that is not finite.
+    factor: Option<Cholesky<f64, Dyn>>,
+    explained: DMatrix<f64>,
     of_right: DVector<f64>,
 }
 
@@ -223,91 +228,52 @@ impl Elimination {
             // 1 with the prior in it; a little more against rounding.
             h[(i, i)] = 1.0 + 1e-12;
         }
-        let coupling = DMatrix::from_fn(k, m, |i, j| matrix[(m + i, j)] * scale[i]);
-        let of_nuisance = DVector::from_fn(k, |i, _| right[m + i] * scale[i]);
-        let (of_columns, of_right) = match cholesky(h) {
-            Some(factor) => (factor.solve(&coupling), factor.solve(&of_nuisance)),
-            None => (DMatrix::zeros(k, m), DVector::zeros(k)),
-        };
-        Self { scale, coupling, of_columns, of_right }
+        let mut explained = DMatrix::from_fn(k, m, |i, j| matrix[(m + i, j)] * scale[i]);
+        let mut of_right = DVector::from_fn(k, |i, _| right[m + i] * scale[i]);
+        let factor = cholesky(h).filter(|factor| {
+            let l = factor.l_dirty();
+            l.solve_lower_triangular_mut(&mut explained) && l.solve_lower_triangular_mut(&mut of_right)
+        });
+        if factor.is_none() {
+            (explained, of_right) = (DMatrix::zeros(k, m), DVector::zeros(k));
+        }
+        Self { scale, factor, explained, of_right }
     }
 
-    /// G - C H⁻¹ Cᵀ and b - C H⁻¹ c.
+    /// G - C H⁻¹ Cᵀ, the lower triangle, and b - C H⁻¹ c.
     fn reduced(&self, matrix: &DMatrix<f64>, right: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
-        let m = self.coupling.ncols();
-        let explained = |i: usize, j: usize| self.coupling.column(i).dot(&self.of_columns.column(j));
-        let mut information = DMatrix::zeros(m, m);
-        for i in 0..m {
-            for j in 0..=i {
-                let value = matrix[(i, j)] - explained(i, j);
-                information[(i, j)] = value;
-                information[(j, i)] = value;
-            }
-        }
-        let score = DVector::from_fn(m, |i, _| right[i] - self.coupling.column(i).dot(&self.of_right));
-        (information, score)
+        let m = self.explained.ncols();
+        let column = |i: usize| self.explained.column(i);
+        let left = DMatrix::from_fn(m, m, |i, j| match i >= j {
+            true => matrix[(i, j)] - column(i).dot(&column(j)),
+            false => 0.0,
+        });
+        let score = DVector::from_fn(m, |i, _| right[i] - column(i).dot(&self.of_right));
+        (left, score)
     }
 
     fn nuisance(&self, w: &DVector<f64>) -> DVector<f64> {
-        (&self.of_right - &self.of_columns * w).component_mul(&self.scale)
+        let mut beta = &self.of_right - &self.explained * w;
+        if let Some(factor) = &self.factor {
+            factor.l_dirty().tr_solve_lower_triangular_mut(&mut beta);
+        }
+        beta.component_mul(&self.scale)
     }
 }
 
 /// (s² P + s² 1) w = s² P w*: the most probable w for a standard Gaussian one.
-fn with_prior(information: &DMatrix<f64>, score: &DVector<f64>, variance: f64) -> DVector<f64> {
-    let largest = information.diagonal().max();
-    let damping = variance.max(1e-14 * largest).max(f64::MIN_POSITIVE);
-    let damped = information + DMatrix::identity(score.len(), score.len()) * damping;
-    cholesky(damped).map_or_else(|| DVector::zeros(score.len()), |factor| factor.solve(score))
+fn with_prior(left: &DMatrix<f64>, score: &DVector<f64>, variance: f64) -> DVector<f64> {
+    let largest = left.diagonal().max();
+    // What rounding leaves of directions that are hardly seen may be negative by some share of the largest.
+    let solve = |rounding: f64| {
+        let damping = variance.max(rounding * largest).max(f64::MIN_POSITIVE);
+        let damped = left + DMatrix::identity(score.len(), score.len()) * damping;
+        cholesky(damped).map(|factor| factor.solve(score))
+    };
+    [1e-14, 1e-12, 1e-10].into_iter().find_map(solve).unwrap_or_else(|| DVector::zeros(score.len()))
 }
 
+/// Of the lower triangle.
 fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
     Cholesky::new(matrix).filter(|factor| factor.l_dirty().iter().all(|x| x.is_finite()))
-}
-
-/// w* without prior, and how well each coefficient is known.
-pub(crate) struct Answer {
-    /// w*; 0 in undetermined directions.
-    pub(crate) coefficients: Vec<f64>,
-    /// Standard errors for s² = 1; infinite where a direction that matters is undetermined.
-    pub(crate) errors: Vec<f64>,
-}
-
-impl Solution {
-    pub(crate) fn answer(&self) -> Answer {
-        /// Share of a coefficient (squared) in undetermined directions beyond which it counts as unknown.
-        const LARGEST_UNDETERMINED: f64 = 1e-3;
-        let m = self.score.len();
-        let eigen = eigen(self.information.clone());
-        let smallest = RANK_TOLERANCE * eigen.eigenvalues.max();
-        let known = |k: usize| eigen.eigenvalues[k] > smallest && eigen.eigenvalues[k] > 0.0;
-        let (mut coefficients, mut errors, mut unknown) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
-        for (k, axis) in eigen.eigenvectors.column_iter().enumerate() {
-            let reciprocal = if known(k) { 1.0 / eigen.eigenvalues[k] } else { 0.0 };
-            let along = axis.dot(&self.score) * reciprocal;
-            for (i, x) in axis.iter().enumerate() {
-                coefficients[i] += x * along;
-                errors[i] += x * x * reciprocal;
-                unknown[i] += if known(k) { 0.0 } else { x * x };
-            }
-        }
-        for (error, unknown) in errors.iter_mut().zip(unknown) {
-            *error = if unknown > LARGEST_UNDETERMINED { f64::INFINITY } else { error.sqrt() };
-        }
-        Answer { coefficients, errors }
-    }
-}
-
-/// Eigenvalues and eigenvectors of a symmetric, positive semi-definite matrix.
-///
-/// nalgebra's iteration can end in NaN when rows are zero, as those of coefficients that the suspect does not show
-/// are. Such a row is an eigenvector's own: a diagonal entry far below what counts as zero keeps it apart.
-pub(crate) fn eigen(mut matrix: DMatrix<f64>) -> SymmetricEigen<f64, Dyn> {
-    let tiny = 1e-18 * matrix.amax();
-    for i in 0..matrix.nrows() {
-        if matrix.row(i).amax() == 0.0 {
-            matrix[(i, i)] = tiny;
-        }
-    }
-    SymmetricEigen::new(matrix)
 }
