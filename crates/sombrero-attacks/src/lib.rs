@@ -5,7 +5,6 @@ mod attack;
 mod attacked;
 mod coordinate_noise;
 mod crop;
-mod edges;
 mod error;
 mod ffd;
 mod isosurface;
@@ -24,6 +23,9 @@ mod smooth;
 mod spec;
 mod subdivide;
 mod transform;
+mod whole;
+
+pub use nalgebra;
 
 pub use affine::{Affine, affine};
 pub use attack::{Attack, apply, apply_all, parse_list};

@@ -13,13 +13,13 @@
 //! rim edges stays.
 
 use crate::attacked::Attacked;
-use crate::edges::{Edges, whole_faces};
 use crate::error::{AttackError, MOST_FACES, SpecError, in_range};
 use crate::operation::Operation;
 use crate::spec::Given;
+use crate::whole::whole_faces;
 use nalgebra::{Point3, Vector3, center};
 use rand::Rng;
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Edges, Soup};
 use std::f64::consts::TAU;
 use std::fmt;
 use std::str::FromStr;
@@ -87,7 +87,7 @@ pub fn subdivide(soup: &Soup, subdivision: &Subdivision) -> Result<Attacked, Att
 }
 
 fn refined(soup: &Soup, scheme: Scheme) -> Soup {
-    let edges = Edges::of(&soup.triangles);
+    let edges = Edges::new(soup.points.len(), &soup.triangles);
     let (mut points, new) = match scheme {
         Scheme::Midpoint => (soup.points.clone(), midpoints(soup, &edges)),
         Scheme::Loop => (old_vertices(soup, &edges), new_vertices(soup, &edges)),

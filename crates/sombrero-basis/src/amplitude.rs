@@ -20,6 +20,8 @@ const PAPER_COEFFICIENTS: usize = 50;
 /// The rule for a_i, by which coefficient i moves its centre by ε a_i.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Amplitudes {
     /// a_i = h_i, the paper's. The default.
     #[default]

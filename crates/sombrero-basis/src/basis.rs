@@ -21,6 +21,7 @@ use sombrero_progressive::ProgressiveMesh;
 
 /// Which functions to build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BasisOptions {
     /// m, the number of functions. Default 50, as in the paper.
     pub coefficients: usize,
@@ -179,7 +180,7 @@ impl Basis {
         moved
     }
 
-    /// The same functions on points of which several vertices are copies: φ at a point is the mean of its
+    /// These functions on points of which several vertices are copies: φ at a point is the mean of its
     /// copies, so that the copies move together. `point_of[v]` is the point of vertex v and must not
     /// decrease; `points` is how many there are, including those without a copy, which never move.
     ///

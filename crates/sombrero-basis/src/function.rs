@@ -11,6 +11,8 @@ use thiserror::Error;
 /// tests below hold it to 1 at the centre and 0 at the boundary. A function that is no profile over a radius begins in
 /// `columns.rs`, where the values of all of them are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum BasisFunction {
     /// φ(r) = 1 - r.
     Hat,

@@ -9,6 +9,9 @@ mod magnitude;
 mod radius;
 mod support;
 
+pub use nalgebra;
+pub use nalgebra_sparse;
+
 pub use amplitude::{Amplitudes, UnknownAmplitudes};
 pub use basis::{Basis, BasisOptions, Function};
 pub use error::{BasisError, PartsError};

@@ -1,4 +1,6 @@
 //! Measures of a mesh whose vertices stand at given points: `points[v.index()]`, in model units.
+//!
+//! All of them panic when `points` is shorter than [`Mesh::vertex_bound`] and a vertex without a point is asked for.
 
 use crate::{EdgeId, FaceId, Mesh, VertexId};
 use nalgebra::{Point3, Vector3};
@@ -37,6 +39,18 @@ pub fn vertex_normal(mesh: &Mesh, points: &[Point3<f64>], v: VertexId) -> Option
         })
         .sum();
     sum.try_normalize(0.0)
+}
+
+/// Unit normals of all vertices, as [`vertex_normal`] has them: one entry for each index below [`Mesh::vertex_bound`], `None`
+/// for removed vertices.
+///
+/// # Panics
+/// When `points` is shorter than [`Mesh::vertex_bound`].
+pub fn vertex_normals(mesh: &Mesh, points: &[Point3<f64>]) -> Vec<Option<Vector3<f64>>> {
+    assert!(points.len() >= mesh.vertex_bound(), "a point for every vertex");
+    let mut normals = vec![None; mesh.vertex_bound()];
+    mesh.vertices().for_each(|v| normals[v.index()] = vertex_normal(mesh, points, v));
+    normals
 }
 
 /// Length of an edge.

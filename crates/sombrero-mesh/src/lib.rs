@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod collapse;
+mod edges;
 mod ids;
 mod matching;
 mod mesh;
@@ -14,7 +15,10 @@ pub mod geometry;
 pub mod repair;
 pub mod topology;
 
+pub use nalgebra;
+
 pub use collapse::{Collapse, CollapseError};
+pub use edges::Edges;
 pub use ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 pub use matching::{Matchings, VertexMatching, match_connectivity};
 pub use mesh::{Mesh, TopologyError};
@@ -22,4 +26,4 @@ pub use repair::repair;
 pub use soup::{BoundingBox, Soup};
 pub use umbrella::Umbrella;
 pub use validate::Violation;
-pub use weld::Weld;
+pub use weld::{Weld, weld_and_repair};

@@ -248,32 +248,32 @@ impl Mesh {
         Ok(())
     }
 
-    /// How many vertices have not been removed.
+    /// The number of vertices, removed ones not counted.
     pub fn vertex_count(&self) -> usize {
         self.removed.vertices.left()
     }
 
-    /// How many edges have not been removed.
+    /// The number of edges, removed ones not counted.
     pub fn edge_count(&self) -> usize {
         self.removed.edges.left()
     }
 
-    /// How many faces have not been removed.
+    /// The number of faces, removed ones not counted.
     pub fn face_count(&self) -> usize {
         self.removed.faces.left()
     }
 
-    /// One more than the largest vertex index, removed vertices included: the length of slices by vertex.
+    /// The length of slices by vertex: one more than the largest index, removed vertices included.
     pub fn vertex_bound(&self) -> usize {
         self.outgoing.len()
     }
 
-    /// One more than the largest halfedge index, removed ones included.
+    /// The length of slices by halfedge: one more than the largest index, removed ones included.
     pub fn halfedge_bound(&self) -> usize {
         self.halfedges.len()
     }
 
-    /// One more than the largest face index, removed ones included.
+    /// The length of slices by face: one more than the largest index, removed ones included.
     pub fn face_bound(&self) -> usize {
         self.first.len()
     }
@@ -361,6 +361,17 @@ impl Mesh {
             let next = self.prev(h).twin();
             at = (next != first).then_some(next);
             Some(h)
+        })
+    }
+
+    /// Halfedges from `h` on, around its face or along its boundary loop, until `h` comes again.
+    pub fn halfedges_along(&self, h: HalfedgeId) -> impl Iterator<Item = HalfedgeId> + '_ {
+        let mut at = Some(h);
+        std::iter::from_fn(move || {
+            let here = at?;
+            let next = self.next(here);
+            at = (next != h).then_some(next);
+            Some(here)
         })
     }
 

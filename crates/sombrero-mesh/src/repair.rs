@@ -19,6 +19,7 @@ use nalgebra::Point3;
 
 /// A manifold mesh made of a soup.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Repaired {
     /// The connectivity. Vertices keep the order of the input; copies of one vertex follow each other.
     pub mesh: Mesh,
@@ -41,6 +42,8 @@ impl Repaired {
 
 /// What [`repair`] found and did; all zero for a clean mesh.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Report {
     /// Faces left out because a corner index is out of range.
     pub out_of_range_faces: usize,

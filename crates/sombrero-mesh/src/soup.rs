@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 /// It is the plain data that crosses crate borders. [`repair`](crate::repair::repair) makes a
 /// halfedge [`Mesh`](crate::Mesh) of it.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Soup {
     /// Vertex positions in model units.
     pub points: Vec<Point3<f64>>,
@@ -56,6 +57,7 @@ impl Soup {
 
 /// An axis-aligned box, in model units.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BoundingBox {
     /// Smallest coordinates.
     pub min: Point3<f64>,

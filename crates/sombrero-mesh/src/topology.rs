@@ -30,6 +30,7 @@ pub fn components(mesh: &Mesh) -> (Vec<u32>, usize) {
 }
 
 /// One boundary halfedge of each boundary loop, the one of smallest index, in index order.
+/// [`Mesh::halfedges_along`] walks the rest of its loop.
 pub fn boundary_loops(mesh: &Mesh) -> Vec<HalfedgeId> {
     let mut seen = vec![false; mesh.halfedge_bound()];
     let mut loops = Vec::new();
@@ -38,11 +39,7 @@ pub fn boundary_loops(mesh: &Mesh) -> Vec<HalfedgeId> {
             continue;
         }
         loops.push(h);
-        let mut at = h;
-        while !seen[at.index()] {
-            seen[at.index()] = true;
-            at = mesh.next(at);
-        }
+        mesh.halfedges_along(h).for_each(|h| seen[h.index()] = true);
     }
     loops
 }

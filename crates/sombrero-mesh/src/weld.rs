@@ -3,6 +3,8 @@
 //! STL stores three corners for every facet and many exporters double vertices along texture seams; for
 //! the watermark such copies are one point of the surface, and they move together.
 
+use crate::Soup;
+use crate::repair::{Repaired, repair};
 use nalgebra::Point3;
 
 /// Which stored vertices are one point. Positions are compared exactly (0 and -0 are equal).
@@ -48,6 +50,31 @@ impl Weld {
     pub fn triangles(&self, stored: &[[u32; 3]]) -> Vec<[u32; 3]> {
         stored.iter().map(|corners| corners.map(|v| self.point_of[v as usize])).collect()
     }
+}
+
+/// Joins vertices at equal positions and makes a manifold mesh of what comes: the one call for corner soup, in which every
+/// triangle has three vertices of its own, and for seams. Never fails, as [`repair`](crate::repair()).
+///
+/// `source` of the mesh leads to the points of the [`Weld`], and its `point_of` there from the vertices of `soup`.
+///
+/// ```
+/// use nalgebra::Point3;
+/// use sombrero_mesh::{Soup, weld_and_repair};
+///
+/// // Two triangles as STL stores them.
+/// let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+/// let soup = Soup::new(corners.map(Point3::from).to_vec(), vec![[0, 1, 2], [3, 4, 5]]);
+/// let (weld, made) = weld_and_repair(&soup);
+/// assert_eq!((made.mesh.vertex_count(), made.mesh.edge_count(), made.mesh.face_count()), (4, 5, 2));
+/// assert_eq!(weld.point_of, [0, 1, 2, 1, 3, 2]);
+/// ```
+pub fn weld_and_repair(soup: &Soup) -> (Weld, Repaired) {
+    let weld = Weld::new(&soup.points);
+    // A corner out of range stays out of range, for repair to count.
+    let point = |v: u32| weld.point_of.get(v as usize).copied().unwrap_or(u32::MAX);
+    let triangles = soup.triangles.iter().map(|corners| corners.map(point)).collect();
+    let repaired = repair(&Soup::new(weld.points.clone(), triangles));
+    (weld, repaired)
 }
 
 /// A key that is equal for equal numbers.

@@ -25,29 +25,29 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// So many steps are to be done, at most. Others count as done in the end.
+    /// A counter of `of` steps at most; those that were not needed count as done in the end. `stage` names the work.
     pub fn new(stage: &'static str, of: usize) -> Self {
         Self { stage, of: of as u64, done: AtomicU64::new(0), said: Mutex::new(0) }
     }
 
-    /// For work that nobody needs to hear of.
+    /// A counter that says nothing.
     pub fn silent() -> Self {
         Self::new("", 0)
     }
 
-    /// So many more steps are done.
+    /// Adds `steps` to what is done.
     pub fn advance(&self, steps: usize) {
         let before = self.done.fetch_add(steps as u64, Ordering::Relaxed);
         self.say_if_news(before, before.saturating_add(steps as u64));
     }
 
-    /// So many steps are done, or more if that was said before.
+    /// Raises what is done to `done` steps; fewer than before change nothing.
     pub fn reach(&self, done: usize) {
         let before = self.done.fetch_max(done as u64, Ordering::Relaxed);
         self.say_if_news(before, done as u64);
     }
 
-    /// No more than so many steps are left: some were not needed.
+    /// Raises what is done so far that `steps` are left at most: the others were not needed.
     pub fn at_most_left(&self, steps: usize) {
         self.reach(usize::try_from(self.of).unwrap_or(usize::MAX).saturating_sub(steps));
     }

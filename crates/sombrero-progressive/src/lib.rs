@@ -6,5 +6,7 @@ mod quadric;
 mod queue;
 mod simplify;
 
+pub use nalgebra;
+
 pub use progressive::{CompactMesh, PointsError, ProgressiveMesh, VertexSplit};
 pub use simplify::simplify;

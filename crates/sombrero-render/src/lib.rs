@@ -11,6 +11,8 @@ mod raster;
 mod render;
 mod scene;
 
+pub use nalgebra;
+
 pub use camera::{Camera, used_points};
 pub use colormap::{ColorMap, HeatMap};
 pub use image::{Image, ImageError};

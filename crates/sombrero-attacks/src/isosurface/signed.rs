@@ -4,8 +4,8 @@
 //! of the face, or the sum of those beside the edge, or around the vertex the sum weighted by the angles
 //! of the faces there, whichever c lies on.
 
-use crate::edges::Edges;
 use nalgebra::{Point3, Vector3};
+use sombrero_mesh::Edges;
 use sombrero_mesh::geometry::area_vector;
 use sombrero_spatial::{Closest, Surface};
 
@@ -33,7 +33,7 @@ pub(super) struct SignedDistance {
 impl SignedDistance {
     /// Prepares the normals of faces whose corners are different.
     pub(super) fn new(points: &[Point3<f64>], triangles: Vec<[u32; 3]>) -> Self {
-        let edges = Edges::of(&triangles);
+        let edges = Edges::new(points.len(), &triangles);
         let mut of_faces = Vec::with_capacity(triangles.len());
         let mut of_edges = vec![Vector3::zeros(); edges.len()];
         let mut of_vertices = vec![Vector3::zeros(); points.len()];

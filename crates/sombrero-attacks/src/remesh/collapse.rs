@@ -3,15 +3,14 @@
 
 use super::creases::{Creases, Hold};
 use super::turns;
-use crate::edges::Edges;
 use nalgebra::{Point3, center, distance};
 use sombrero_mesh::geometry::area_vector;
-use sombrero_mesh::{EdgeId, HalfedgeId, Mesh, Soup, VertexId};
+use sombrero_mesh::{EdgeId, Edges, HalfedgeId, Mesh, Soup, VertexId};
 
 /// Collapses edges shorter than `shortest` where no edge grows beyond `longest`, no face turns too far, and the
 /// topology permits.
 pub(super) fn collapse(soup: &mut Soup, shortest: f64, longest: f64) {
-    let edges = Edges::of(&soup.triangles);
+    let edges = Edges::new(soup.points.len(), &soup.triangles);
     let Creases { sharp, holds } = Creases::of(&soup.points, &soup.triangles, &edges);
     // Splits and flips leave manifolds; of anything else the faces stay.
     let Ok(mesh) = Mesh::from_triangles(soup.points.len(), &soup.triangles) else { return };

@@ -1,8 +1,8 @@
 //! Edges at which the surface turns sharply or ends, and what that means for their vertices.
 
 use super::facing;
-use crate::edges::Edges;
 use nalgebra::{Point3, Vector3};
+use sombrero_mesh::Edges;
 
 /// Cosine of the turn (53 degrees) beyond which an edge is a crease, and a bend of a crease a corner.
 const SHARP: f64 = 0.6;
@@ -69,7 +69,7 @@ mod tests {
     use sombrero_shapes as shapes;
 
     fn creases(soup: &Soup) -> Creases {
-        Creases::of(&soup.points, &soup.triangles, &Edges::of(&soup.triangles))
+        Creases::of(&soup.points, &soup.triangles, &Edges::new(soup.points.len(), &soup.triangles))
     }
 
     #[test]

@@ -15,8 +15,7 @@
 
 use super::creases::Creases;
 use super::{facing, turns};
-use crate::edges::Edges;
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Edges, Soup};
 
 /// No side, beyond a rim.
 const NONE: u32 = u32::MAX;
@@ -49,7 +48,7 @@ struct Run {
 
 impl Run {
     fn new(soup: &Soup) -> Self {
-        let edges = Edges::of(&soup.triangles);
+        let edges = Edges::new(soup.points.len(), &soup.triangles);
         let creases = Creases::of(&soup.points, &soup.triangles, &edges);
         let mut excess = vec![-6; soup.points.len()];
         for (ends, count) in edges.ends.iter().zip(&edges.sides) {

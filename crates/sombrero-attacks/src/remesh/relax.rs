@@ -8,9 +8,8 @@
 
 use super::creases::{Creases, Hold};
 use super::{facing, turns};
-use crate::edges::Edges;
 use nalgebra::{Point3, Vector3, center};
-use sombrero_mesh::{Soup, Umbrella};
+use sombrero_mesh::{Edges, Soup, Umbrella};
 use sombrero_spatial::Surface;
 
 /// What is remeshed.
@@ -21,7 +20,7 @@ pub(super) struct Original {
 
 impl Original {
     pub(super) fn new(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
-        let edges = Edges::of(triangles);
+        let edges = Edges::new(points.len(), triangles);
         let sharp = Creases::of(points, triangles, &edges).sharp;
         // A face with a corner twice is as good as the segment between the others.
         let segments: Vec<[u32; 3]> =
@@ -43,7 +42,7 @@ pub(super) fn relax(soup: &mut Soup, original: &Original, reach: f64) {
 
 /// Where vertices would go; `None` for corners.
 fn places(soup: &Soup, original: &Original) -> Vec<Option<Point3<f64>>> {
-    let edges = Edges::of(&soup.triangles);
+    let edges = Edges::new(soup.points.len(), &soup.triangles);
     let holds = Creases::of(&soup.points, &soup.triangles, &edges).holds;
     let mut normals = vec![Vector3::zeros(); soup.points.len()];
     for corners in &soup.triangles {

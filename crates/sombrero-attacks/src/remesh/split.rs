@@ -1,15 +1,14 @@
 //! Splits of long edges, all at once, until none is left. A face falls into two, three or four according to
 //! how many of its sides are split; of a quadrilateral the shorter diagonal is taken.
 
-use crate::edges::Edges;
 use crate::error::{AttackError, MOST_FACES};
 use nalgebra::{Point3, center, distance};
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Edges, Soup};
 
 /// Splits edges longer than `longest` in the middle.
 pub(super) fn split(soup: &mut Soup, longest: f64) -> Result<(), AttackError> {
     loop {
-        let edges = Edges::of(&soup.triangles);
+        let edges = Edges::new(soup.points.len(), &soup.triangles);
         let points = &mut soup.points;
         let before = points.len();
         let mut middle = |&[a, b]: &[u32; 2]| {
@@ -70,7 +69,7 @@ mod tests {
             let after = repair(&fine);
             prop_assert!(after.report.is_clean());
             prop_assert!((area(&after.mesh, &after.points) / area(&before.mesh, &before.points) - 1.0).abs() < 1e-12);
-            let ends = Edges::of(&fine.triangles).ends;
+            let ends = Edges::new(fine.points.len(), &fine.triangles).ends;
             prop_assert!(ends.iter().all(|[a, b]| distance(&fine.points[*a as usize], &fine.points[*b as usize]) <= longest));
         }
     }

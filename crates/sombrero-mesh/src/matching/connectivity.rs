@@ -41,7 +41,7 @@ impl Connectivity {
         Self { triangles, mate, valence, interior }
     }
 
-    /// The same surface seen from its other side. Faces and vertices keep their numbers.
+    /// This surface seen from its other side. Faces and vertices keep their numbers.
     pub(super) fn mirrored(&self) -> Self {
         // Swapping the last two corners renames the sides of a face from 0, 1, 2 to 2, 1, 0.
         let renamed = |side: usize| 3 * (side / 3) + 2 - side % 3;

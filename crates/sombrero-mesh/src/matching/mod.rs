@@ -36,6 +36,7 @@ const MINOR: usize = 10;
 
 /// One way in which two meshes correspond.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct VertexMatching {
     /// For each vertex of the first mesh the vertex of the second that it is, or `None`. If it is several
     /// vertices there, because a cut goes through it, the one with the smallest index.
@@ -50,6 +51,7 @@ pub struct VertexMatching {
 
 /// What [`match_connectivity`] found.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Matchings {
     /// At most eight different matchings with equally many faces; none when the meshes do not correspond.
     /// More than one if the connectivity cannot tell them apart, as with a regular grid.
