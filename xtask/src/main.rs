@@ -10,7 +10,7 @@ use experiments::{
     alignment, benchmark, calibrate, collusion, figures, peers, presets, roc, scaling, tables,
 };
 use std::path::PathBuf;
-use upkeep::{ci, hostile, models};
+use upkeep::{ci, hostile, models, package, tidy};
 
 #[derive(Parser)]
 #[command(about, arg_required_else_help = true)]
@@ -43,6 +43,8 @@ enum Verb {
     Hostile(hostile::Hostile),
     /// Fetch the paper's models, or check those that are there.
     Models(models::Models),
+    /// Say in which order the crates are published, and package them all.
+    Package,
     /// Compare sets of parameters at equal distortion.
     Presets(presets::Presets),
     /// Recompute Figure 6, how often a mark is missed under noise.
@@ -51,6 +53,8 @@ enum Verb {
     Scaling(scaling::Scaling),
     /// Recompute Tables 1, 2 and 3.
     Tables(tables::Tables),
+    /// Check the repository's own rules.
+    Tidy,
 }
 
 fn main() -> anyhow::Result<()> {
@@ -69,9 +73,11 @@ fn main() -> anyhow::Result<()> {
         Verb::Collusion(args) => collusion::run(&args, &folder),
         Verb::Hostile(args) => hostile::run(&args),
         Verb::Models(args) => models::run(&args, &folder),
+        Verb::Package => package::run(),
         Verb::Presets(args) => presets::run(&args, &folder),
         Verb::Roc(args) => roc::run(&args, &folder),
         Verb::Scaling(args) => scaling::run(&args),
         Verb::Tables(args) => tables::run(&args, &folder),
+        Verb::Tidy => tidy::run(),
     }
 }

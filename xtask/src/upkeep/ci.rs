@@ -12,9 +12,25 @@ pub(crate) const MAIN_COMMAND: &str = "cargo run --release --bin sombrero -- dem
 
 pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
     step("cargo fmt --all --check", &[])?;
+    super::tidy::run()?;
     step("cargo clippy --workspace --all-targets -- -D warnings", &[])?;
     step(TEST_COMMAND, &[])?;
     step("cargo doc --workspace --no-deps", &[("RUSTDOCFLAGS", "-D warnings")])?;
+    step("cargo check --manifest-path fuzz/Cargo.toml --target-dir target/fuzz", &[])?;
+    if has_wasm_target() {
+        step(&wasm_check()?, &[])?;
+    } else {
+        println!(
+            "== no target {WASM}: the library crates were not checked for it (`rustup target add {WASM}`)"
+        );
+    }
+    for (tool, line) in UPKEEP {
+        if has(tool) {
+            step(line, &[])?;
+        } else {
+            println!("== no {tool}: `{line}` was not run");
+        }
+    }
     step(MAIN_COMMAND, &[])?;
     if knows_trimesh() {
         step("python3 tests/trimesh/roundtrip.py target/release/sombrero", &[])?;
@@ -29,6 +45,35 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
         println!("== no models in {}: the tables were not checked", models.display());
     }
     Ok(())
+}
+
+/// Where browsers run Rust.
+const WASM: &str = "wasm32-unknown-unknown";
+
+/// Checks of others, run where they are installed. Advisories need a network and are the forge's business.
+const UPKEEP: [(&str, &str); 3] = [
+    ("cargo-deny", "cargo deny check bans licenses sources"),
+    ("typos", "typos"),
+    ("cargo-machete", "cargo machete"),
+];
+
+/// What cannot run in a browser: the command, and signatures, which need a C compiler.
+const NOT_FOR_WASM: [&str; 2] = ["sombrero-cli", "sombrero-timestamp"];
+
+fn has(tool: &str) -> bool {
+    Command::new(tool).arg("--version").output().is_ok_and(|done| done.status.success())
+}
+
+fn has_wasm_target() -> bool {
+    let installed = Command::new("rustc").args(["--print", "target-libdir", "--target", WASM]).output();
+    installed.is_ok_and(|done| Path::new(String::from_utf8_lossy(&done.stdout).trim()).is_dir())
+}
+
+fn wasm_check() -> anyhow::Result<String> {
+    let crates = super::package::in_order()?;
+    let kept = crates.iter().filter(|name| !NOT_FOR_WASM.contains(&name.as_str()));
+    let packages: String = kept.map(|name| format!(" --package {name}")).collect();
+    Ok(format!("cargo check --target {WASM}{packages}"))
 }
 
 fn knows_trimesh() -> bool {

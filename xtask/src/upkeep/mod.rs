@@ -3,3 +3,5 @@
 pub(crate) mod ci;
 pub(crate) mod hostile;
 pub(crate) mod models;
+pub(crate) mod package;
+pub(crate) mod tidy;
