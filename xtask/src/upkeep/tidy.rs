@@ -16,7 +16,6 @@ fn forbidden() -> Vec<(String, &'static str)> {
         (joined("dbg", "!("), "a leftover of debugging"),
         (joined("#[ign", "ore"), "a test that is not run"),
         (joined("/ro", "ot/"), "a path of one machine"),
-        (joined("/ho", "me/"), "a path of one machine"),
     ]
 }
 
