@@ -1,8 +1,8 @@
 //! What ends a command with status 2: one sentence, and a word for programs.
 
+use crate::terminal::{complain, say};
 use serde::Serialize;
 use sombrero::io::{ParseError, ReadError};
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -43,11 +43,11 @@ impl Failure {
     }
 
     fn print(&self, object: serde_json::Value, json: bool) {
-        // When nobody listens the status still tells.
         if json {
-            let _ = crate::say(&object.to_string());
+            // When nobody listens the status still tells.
+            let _ = say(&object.to_string());
         } else {
-            let _ = writeln!(std::io::stderr(), "sombrero: {}", self.message);
+            complain(&self.message);
         }
     }
 }

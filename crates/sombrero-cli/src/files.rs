@@ -1,7 +1,7 @@
 //! Reading keys and secrets, and care with outputs.
 
+use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
-use crate::{Answer, Context, Outcome};
 use sombrero::PreparedBasis;
 use sombrero::io::{Document, Format, Limits, Output, Overwrite, ReadError, read_bytes, write_together};
 use sombrero::watermark::{Key, Secret};
@@ -57,7 +57,7 @@ pub(crate) fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(meshes)
 }
 
-/// What a folder holds, in the order of the names.
+/// The entries of a folder, in the order of the names.
 pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     if folder.is_file() {
         let message = format!("{}: a file; give the folder that it is in", folder.display());
@@ -81,6 +81,46 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
         let what = "cannot be made";
         Failure::new("write", format!("{}: {what} ({e}); choose another place for it", folder.display()))
     })
+}
+
+/// Makes a folder that only its owner may look into, unless it is there; one that is there is closed to others. Gives whether
+/// it had been open to them.
+pub(crate) fn make_private_folder(folder: &Path) -> Result<bool, Failure> {
+    let is_new = !folder.exists();
+    make_folder(folder)?;
+    Ok(close(folder)? && !is_new)
+}
+
+/// Takes away what group and others may do in a folder; gives whether that was anything.
+#[cfg(unix)]
+fn close(folder: &Path) -> Result<bool, Failure> {
+    use std::os::unix::fs::PermissionsExt;
+    const OWNER: u32 = 0o700;
+    let mode = |folder: &Path| folder.metadata().map(|found| found.permissions().mode() & 0o777);
+    let failed = |e: &dyn std::fmt::Display| {
+        let message = format!(
+            "{}: others can look into this folder of keys, and it cannot be closed to them ({e}); run `chmod 700` on it as \
+             its owner, or choose another folder",
+            folder.display()
+        );
+        Failure::new("write", message)
+    };
+    if mode(folder).map_err(|e| failed(&e))? & !OWNER == 0 {
+        return Ok(false);
+    }
+    std::fs::set_permissions(folder, std::fs::Permissions::from_mode(OWNER)).map_err(|e| failed(&e))?;
+    // Some file systems take it and do not keep it.
+    match mode(folder) {
+        Ok(mode) if mode & !OWNER == 0 => Ok(true),
+        Ok(mode) => Err(failed(&format!("it stays {mode:o}"))),
+        Err(e) => Err(failed(&e)),
+    }
+}
+
+/// Other systems than Unix keep what is in a user's own folders from others.
+#[cfg(not(unix))]
+fn close(_: &Path) -> Result<bool, Failure> {
+    Ok(false)
 }
 
 /// Writes all files or none; the one to standard output last, when nothing else can fail.
@@ -118,7 +158,7 @@ pub(crate) fn parse_key(path: &Path, bytes: &[u8]) -> Result<Key, Failure> {
     Key::from_json(bytes).map_err(|e| Failure::about("key", path, &e))
 }
 
-/// Where `prepare` writes and `detect` looks unless told otherwise: KEY.prepared.
+/// The place where `prepare` writes and `detect` looks unless told otherwise: KEY.prepared.
 pub(crate) fn beside_key(key: &Path) -> PathBuf {
     let mut name = key.as_os_str().to_owned();
     name.push(".prepared");
@@ -165,7 +205,7 @@ pub(crate) fn overwrite(force: bool) -> Overwrite {
     if force { Overwrite::Allow } else { Overwrite::Refuse }
 }
 
-/// Where a path leads, however it is spelled; for a file that is not there, its folder decides.
+/// The place to which a path leads, however it is spelled; for a file that is not there, its folder decides.
 fn place(path: &Path) -> Option<PathBuf> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))

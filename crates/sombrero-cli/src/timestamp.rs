@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::files;
+use crate::table::Table;
 use serde::Serialize;
 use sombrero::watermark::Key;
 use sombrero_timestamp::{Token, TrustAnchors, Verified};
@@ -32,18 +33,21 @@ struct Authority {
 
 impl Stamp {
     /// For people.
-    pub(crate) fn lines(&self) -> Vec<String> {
+    pub(crate) fn rows(&self) -> Table {
         let Self { time, signer, serial, .. } = self;
-        let stamp = format!("  timestamp     {time} by {signer}, serial number {serial}");
-        let Some(Authority { subject, sha256 }) = &self.anchor else {
-            let unchecked = "  trust         not checked: anybody can sign a token; give the authority's certificate with --ca";
-            return vec![stamp, unchecked.to_owned()];
-        };
-        vec![
-            stamp,
-            format!("  trust         by a certificate in --ca: {subject}"),
-            format!("  fingerprint   SHA-256 {sha256}; compare it with what that authority publishes"),
-        ]
+        let stamp = Table::default().row("timestamp", format!("{time} by {signer}, serial number {serial}"));
+        match &self.anchor {
+            Some(Authority { subject, sha256 }) => {
+                stamp.row("trust", format!("by a certificate in --ca: {subject}")).row(
+                    "fingerprint",
+                    format!("SHA-256 {sha256}; compare it with what that authority publishes"),
+                )
+            }
+            None => stamp.row(
+                "trust",
+                "not checked: anybody can sign a token; give the authority's certificate with --ca",
+            ),
+        }
     }
 }
 

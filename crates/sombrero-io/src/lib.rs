@@ -8,6 +8,7 @@ mod family;
 mod format;
 mod gltf;
 mod input;
+mod lock;
 mod normals;
 mod notes;
 mod obj;

@@ -7,6 +7,7 @@ use std::path::Path;
 use tempfile::NamedTempFile;
 
 use crate::error::WriteError;
+use crate::lock;
 
 /// Whether an output that exists may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -54,7 +55,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Resu
 }
 
 /// Writes several files that belong together, each as [`write_atomically`] does: all are written before the first
-/// gets its name, so that a full disk or a missing folder leaves none of them.
+/// gets its name, so that a full disk or a missing folder leaves none of them. Runs that write the same names at the same
+/// moment take turns: what is there in the end is all of one run.
 ///
 /// # Errors
 ///
@@ -63,6 +65,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Resu
 pub fn write_together(outputs: &[Output<'_>], overwrite: Overwrite) -> Result<(), WriteError> {
     let staged =
         outputs.iter().map(|output| Staged::new(output, overwrite)).collect::<Result<Vec<_>, _>>()?;
+    let _turn = lock::folders(staged.iter().map(|file| file.path));
     let mut named = Vec::new();
     for file in staged {
         let (path, is_new) = (file.path, fs::symlink_metadata(file.path).is_err());
@@ -237,6 +240,39 @@ mod tests {
         {
             use std::os::unix::fs::PermissionsExt;
             assert_eq!(fs::metadata(&key).unwrap().permissions().mode() & 0o777, 0o600);
+        }
+    }
+
+    #[test]
+    fn files_of_several_runs_never_mix() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("keys")).unwrap();
+        let (copy, key) = (folder.path().join("a.obj"), folder.path().join("keys/a.key"));
+        let write = &|run: u32, overwrite| {
+            let bytes = run.to_le_bytes();
+            let output = |path| Output { path, bytes: &bytes, access: Access::Usual };
+            // Some name them the other way round.
+            let mut outputs = [output(&copy), output(&key)];
+            outputs.rotate_left(run as usize % 2);
+            write_together(&outputs, overwrite)
+        };
+        for round in 0..200 {
+            std::thread::scope(|scope| {
+                let runs = (0..3).map(|run| scope.spawn(move || write(3 * round + run, Overwrite::Allow)));
+                runs.collect::<Vec<_>>().into_iter().for_each(|run| run.join().unwrap().unwrap());
+            });
+            assert_eq!(fs::read(&copy).unwrap(), fs::read(&key).unwrap(), "round {round}");
+        }
+        for round in 0..50 {
+            fs::remove_file(&copy).unwrap();
+            fs::remove_file(&key).unwrap();
+            let written = std::thread::scope(|scope| {
+                let runs = (0..3).map(|run| scope.spawn(move || write(3 * round + run, Overwrite::Refuse)));
+                let runs = runs.collect::<Vec<_>>().into_iter();
+                runs.map(|run| run.join().unwrap()).filter(Result::is_ok).count()
+            });
+            assert_eq!(written, 1, "round {round}");
+            assert_eq!(fs::read(&copy).unwrap(), fs::read(&key).unwrap(), "round {round}");
         }
     }
 

@@ -8,14 +8,14 @@ use sombrero::watermark::Key;
 /// The program that makes reports, and its version.
 pub const PROGRAM: &str = concat!("sombrero ", env!("CARGO_PKG_VERSION"));
 
-/// How a detection came about.
+/// The circumstances of a detection: program, files, settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// The program that made the detection, with its version.
     pub program: String,
-    /// What it read.
+    /// The files that it read.
     pub files: Files,
-    /// Everything that the figures depend on beside the files.
+    /// The settings: everything that the figures depend on beside the files.
     pub settings: DetectOptions,
 }
 

@@ -29,7 +29,7 @@ pub fn record(report: &Report<'_>) -> Value {
     serde_json::to_value(fields).unwrap_or_default()
 }
 
-/// What a report recorded, read back.
+/// The record of a report, read back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     /// All of it, as [`record()`] wrote it.

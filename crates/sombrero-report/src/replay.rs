@@ -13,14 +13,15 @@ use sombrero::{DetectError, Detector};
 const NOT_FIGURES: [&str; 8] =
     ["seconds", "warnings", "prepared", "program", "files", "settings", "suspect", "report"];
 
-/// What came of a replay.
+/// The result of a replay.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Replay {
     /// Whether the files are those of the report; if not, nothing else was compared.
     pub same_files: bool,
-    /// How many values were compared.
+    /// The number of values that were compared.
     pub compared: usize,
-    /// Those that are others now.
+    /// The values that are others now, in the order of their names.
     pub differences: Vec<Difference>,
 }
 
@@ -33,12 +34,13 @@ impl Replay {
 
 /// A value that is another one now.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Difference {
     /// Its place, such as `variants[3].log10_p`.
     pub field: String,
-    /// What the report says.
+    /// The value that the report has.
     pub recorded: Value,
-    /// What was found.
+    /// The value that was found.
     pub found: Value,
 }
 

@@ -8,7 +8,7 @@ use sombrero::{Detection, Model};
 /// A detection and all that is said of it. Lengths are in model units.
 #[derive(Debug, Clone, Copy)]
 pub struct Report<'a> {
-    /// What was found.
+    /// The answer of the detection.
     pub detection: &'a Detection,
     /// The key that was looked for. Its secret does not appear, but the page shows its coefficients.
     pub key: &'a Key,

@@ -1,14 +1,36 @@
 //! `sombrero attack`.
 
-use crate::args::AttackArgs;
+use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
-use crate::{Answer, Context, Outcome, files};
+use crate::table::Table;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use sombrero::attack;
+use sombrero::attacks::Attack;
 use sombrero::io::{Access, Output};
+use std::path::PathBuf;
+
+// What is typed after `sombrero attack`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The mesh to attack. It stays as it is.
+    input: PathBuf,
+    /// The attacked mesh, in the same format.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// The attacks, in order.
+    #[arg(required = true, value_name = "SPEC")]
+    attacks: Vec<Attack>,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Replace an output that exists.
+    #[arg(long)]
+    force: bool,
+}
 
 #[derive(Serialize)]
 struct Report {
@@ -20,7 +42,7 @@ struct Report {
     kept_file: bool,
 }
 
-pub(crate) fn run(args: &AttackArgs, context: &Context) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
     files::check_standard_output(&args.output, context)?;
     files::check_outputs(&[&args.output], &[&args.input], args.force)?;
     let _progress = Progress::new(format!("attacking {}", args.input.display()));
@@ -39,13 +61,8 @@ pub(crate) fn run(args: &AttackArgs, context: &Context) -> Result<Outcome, Failu
         kept_file: attacked.kept_file,
     };
     let file = if attacked.kept_file { "all but positions kept" } else { "bare mesh, connectivity changed" };
-    let text = format!(
-        "attacked {} → {}\n  attacks       {}\n  mesh          {} points, {} triangles ({file})",
-        args.input.display(),
-        args.output.display(),
-        report.attacks.join(" "),
-        report.vertices,
-        report.faces,
-    );
+    let text = Table::new(format!("attacked {} → {}", args.input.display(), args.output.display()))
+        .row("attacks", report.attacks.join(" "))
+        .row("mesh", format!("{} points, {} triangles ({file})", report.vertices, report.faces));
     Ok(files::answered(&args.output, Answer::new(text, &report)?))
 }

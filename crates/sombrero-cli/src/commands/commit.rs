@@ -1,16 +1,42 @@
 //! `sombrero commit`.
 
-use crate::args::Commit;
+use crate::answer::{Answer, Context};
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
+use crate::table::Table;
 use crate::timestamp::{self, Stamp};
-use crate::{Answer, Context, files};
 use serde::Serialize;
 use sombrero::Detector;
 use sombrero::io::{Access, Output};
 use sombrero::watermark::Key;
 use sombrero_timestamp::{Token, request};
 use std::path::{Path, PathBuf};
+
+// What is typed after `sombrero commit`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The file that was marked.
+    input: PathBuf,
+    /// Its key.
+    #[arg(long, value_name = "FILE")]
+    key: PathBuf,
+    /// The request to write. Default: KEY.tsq.
+    #[arg(short, long, value_name = "FILE", conflicts_with = "token")]
+    output: Option<PathBuf>,
+    /// Also write the statement that the digest is of. It opens the commitment and is as secret as the key.
+    #[arg(long, value_name = "FILE")]
+    statement: Option<PathBuf>,
+    /// The authority's answer, to be checked and stored in the key.
+    #[arg(long, value_name = "FILE")]
+    token: Option<PathBuf>,
+    /// Certificates (PEM) of the timestamping authorities that you trust.
+    #[arg(long, value_name = "FILE", requires = "token")]
+    ca: Option<PathBuf>,
+    /// Replace outputs that exist, or a token that the key has.
+    #[arg(long)]
+    force: bool,
+}
 
 /// A token holds some certificates.
 const LARGEST_TOKEN: u64 = 1 << 20;
@@ -26,11 +52,7 @@ struct Report {
     timestamp: Option<Stamp>,
 }
 
-/// What the digest is good for.
-const MEANING: &str = "  proves        once it is timestamped: original, key and both texts existed then, in this form\n  \
-    proves not    who had them, who made the model, or that nobody had it before";
-
-pub(crate) fn run(args: &Commit, context: &Context) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let request_path = match args.token {
         Some(_) => None,
         None => Some(args.output.clone().unwrap_or_else(|| args.key.with_added_extension("tsq"))),
@@ -76,7 +98,7 @@ pub(crate) fn run(args: &Commit, context: &Context) -> Result<Answer, Failure> {
 }
 
 /// Checks the authority's answer and puts the token into the key file.
-fn store(args: &Commit, key: &Key, path: &Path) -> Result<Stamp, Failure> {
+fn store(args: &Args, key: &Key, path: &Path) -> Result<Stamp, Failure> {
     if key.timestamp.is_some() && !args.force {
         let message = format!("{}: has a timestamp already; give --force to replace it", args.key.display());
         return Err(Failure::new("timestamp", message));
@@ -93,22 +115,22 @@ fn store(args: &Commit, key: &Key, path: &Path) -> Result<Stamp, Failure> {
     Ok(stamp)
 }
 
-fn text(args: &Commit, report: &Report) -> String {
-    let mut lines = vec![format!("commitment to {} and {}", args.key.display(), args.input.display())];
-    lines.push(format!("  digest        SHA-256 {}", report.digest));
+fn text(args: &Args, report: &Report) -> Table {
+    let (key, input) = (args.key.display(), args.input.display());
+    let mut table = Table::new(format!("commitment to {key} and {input}"))
+        .row("digest", format!("SHA-256 {}", report.digest));
     if let Some(request) = &report.request {
-        lines.push(format!("  request       {request} (RFC 3161: send it to a timestamping authority)"));
+        table = table.row("request", format!("{request} (RFC 3161: send it to a timestamping authority)"));
     }
     if let Some(statement) = &report.statement {
-        lines.push(format!("  statement     {statement} (secret: it opens the commitment)"));
+        table = table.row("statement", format!("{statement} (secret: it opens the commitment)"));
     }
     if let Some(stamp) = &report.timestamp {
-        lines.push(format!(
-            "  stored        in {}, whose hash changes; its commitment does not",
-            args.key.display()
-        ));
-        lines.extend(stamp.lines());
+        table = table
+            .row("stored", format!("in {key}, whose hash changes; its commitment does not"))
+            .and(stamp.rows());
     }
-    lines.push(MEANING.to_owned());
-    lines.join("\n")
+    table
+        .row("proves", "once it is timestamped: original, key and both texts existed then, in this form")
+        .row("proves not", "who had them, who made the model, or that nobody had it before")
 }

@@ -1,10 +1,19 @@
 //! `sombrero info`.
 
-use crate::args::Info as Args;
+use crate::answer::{Answer, Context};
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
-use crate::{Answer, Context, files};
+use crate::table::Table;
 use sombrero::{Info, info};
+use std::path::PathBuf;
+
+// What is typed after `sombrero info`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The mesh.
+    mesh: PathBuf,
+}
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("reading {}", args.mesh.display()));
@@ -12,37 +21,34 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     Answer::new(text(args, &info), &info)
 }
 
-fn text(args: &Args, i: &Info) -> String {
-    let markable = if i.markable { "yes" } else { "no" };
-    let mut lines = vec![
-        format!("{}: {}", args.mesh.display(), i.format),
-        format!(
-            "  vertices      {} stored, {} distinct positions, {} in no face",
-            i.vertices, i.points, i.unused_vertices
-        ),
-        format!("  triangles     {}", i.triangles),
-        format!("  topology      {}", topology(i)),
-        format!(
-            "  defects       {} non-manifold edges, {} non-manifold vertices, {} degenerate, {} doubled, {} turned faces",
-            i.nonmanifold_edges, i.nonmanifold_vertices, i.degenerate_faces, i.doubled_faces, i.flipped_faces
-        ),
-    ];
-    if let Some(b) = i.bounding_box {
+fn text(args: &Args, i: &Info) -> Table {
+    let stored =
+        format!("{} stored, {} distinct positions, {} in no face", i.vertices, i.points, i.unused_vertices);
+    let defects = format!(
+        "{} non-manifold edges, {} non-manifold vertices, {} degenerate, {} doubled, {} turned faces",
+        i.nonmanifold_edges, i.nonmanifold_vertices, i.degenerate_faces, i.doubled_faces, i.flipped_faces
+    );
+    let bounding_box = i.bounding_box.as_ref().map(|b| {
         // Six digits are for people; programs get all of them.
         let short = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
         let [x, y, z] = std::array::from_fn(|k| format!("{} to {}", short(b.min[k]), short(b.max[k])));
-        lines.push(format!("  bounding box  x {x}, y {y}, z {z}"));
-    }
+        format!("x {x}, y {y}, z {z}")
+    });
     let measure = |name: &str, value: Option<f64>| value.map(|x| format!("{name} {x:.6e}"));
     let measures: Vec<String> =
         [measure("area", i.area), measure("volume", i.volume)].into_iter().flatten().collect();
-    lines.push(format!("  size          {}", measures.join(", ")));
-    if !i.attributes.is_empty() {
-        lines.push(format!("  attributes    {}", i.attributes.join(", ")));
-    }
-    lines.push(format!("  markable      {markable}; at most {} coefficients", i.capacity));
-    lines.extend(i.warnings.iter().map(|w| format!("  note          {w}")));
-    lines.join("\n")
+    let attributes = (!i.attributes.is_empty()).then(|| i.attributes.join(", "));
+    let markable = if i.markable { "yes" } else { "no" };
+    Table::new(format!("{}: {}", args.mesh.display(), i.format))
+        .row("vertices", stored)
+        .row("triangles", i.triangles)
+        .row("topology", topology(i))
+        .row("defects", defects)
+        .rows("bounding box", bounding_box)
+        .row("size", measures.join(", "))
+        .rows("attributes", attributes)
+        .row("markable", format!("{markable}; at most {} coefficients", i.capacity))
+        .rows("note", &i.warnings)
 }
 
 fn topology(i: &Info) -> String {

@@ -1,16 +1,29 @@
 //! `sombrero man`.
 
-use crate::args::{Cli, Man};
+use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
-use crate::{Answer, Context, Outcome, files, say};
-use clap::{Command, CommandFactory};
+use crate::files;
+use crate::table::Table;
+use crate::terminal::say;
+use clap::Command;
 use serde_json::json;
 use sombrero::io::{Access, Output};
 use std::path::{Path, PathBuf};
 
-pub(crate) fn run(args: &Man, context: &Context) -> Result<Outcome, Failure> {
+// What is typed after `sombrero man`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The folder for one page a command. Default: the page of `sombrero` to standard output.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Replace pages that exist.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(args: &Args, program: Command, context: &Context) -> Result<Outcome, Failure> {
     // It would be listed, and its page has nothing to say.
-    let mut program = Cli::command().disable_help_subcommand(true);
+    let mut program = program.disable_help_subcommand(true);
     program.build();
     let Some(folder) = &args.output else {
         return print(&program, context);
@@ -29,7 +42,7 @@ pub(crate) fn run(args: &Man, context: &Context) -> Result<Outcome, Failure> {
     files::write_all(&outputs.collect::<Vec<_>>(), args.force)?;
     let files: Vec<String> =
         pages.iter().map(|(path, _): &(PathBuf, _)| path.display().to_string()).collect();
-    let text = format!("wrote {} manual pages → {}", files.len(), folder.display());
+    let text = Table::new(format!("wrote {} manual pages → {}", files.len(), folder.display()));
     Ok(Outcome::Answer(Answer::new(
         text,
         &json!({ "output": folder.display().to_string(), "files": files }),

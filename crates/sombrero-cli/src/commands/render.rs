@@ -1,9 +1,11 @@
 //! `sombrero render`.
 
-use crate::args::{Render, Up};
+use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
-use crate::{Answer, Context, Outcome, files};
+use crate::table::Table;
+use clap::ValueEnum;
 use nalgebra::Vector3;
 use serde::Serialize;
 use sombrero::Model;
@@ -11,7 +13,39 @@ use sombrero::io::{Access, Limits, Output};
 use sombrero::mesh::Soup;
 use sombrero::render::{Camera, HeatMap, RenderOptions, Wireframe, render, used_points};
 use sombrero::spatial::Surface;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+// What is typed after `sombrero render`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The mesh to draw.
+    mesh: PathBuf,
+    /// The picture, as PNG.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// A mesh to measure the distance from; both stay where they stand.
+    #[arg(long, value_name = "MESH")]
+    compare: Option<PathBuf>,
+    /// Pixels along each side.
+    #[arg(long, value_name = "N", default_value_t = 800, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    size: u32,
+    /// The axis that points upwards: y in most files for display, z in many of scanners and printers.
+    #[arg(long, value_enum, default_value_t = Up::Y)]
+    up: Up,
+    /// Draw the edges of the triangles.
+    #[arg(long)]
+    wireframe: bool,
+    /// Replace a picture that exists.
+    #[arg(long)]
+    force: bool,
+}
+
+/// An axis of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Up {
+    Y,
+    Z,
+}
 
 #[derive(Serialize)]
 struct Report {
@@ -23,7 +57,7 @@ struct Report {
     scale: Option<[f64; 2]>,
 }
 
-pub(crate) fn run(args: &Render, context: &Context) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
     files::check_standard_output(&args.output, context)?;
     let inputs: Vec<&Path> =
         [Some(&args.mesh), args.compare.as_ref()].into_iter().flatten().map(|p| p.as_path()).collect();
@@ -54,13 +88,11 @@ pub(crate) fn run(args: &Render, context: &Context) -> Result<Outcome, Failure> 
     let image = render(&soup.points, &soup.triangles, &options);
     let png = image.to_png().map_err(|e| Failure::new("internal", e.to_string()))?;
     files::write_all(&[Output { path: &args.output, bytes: &png, access: Access::Usual }], args.force)?;
-    let mut text = format!("drew {} → {}", args.mesh.display(), args.output.display());
-    if let (Some([_, high]), Some(other)) = (scale, &args.compare) {
-        text += &format!(
-            "\n  colours       distance from {}: dark 0, yellow {high:.3e} (model units)",
-            other.display()
-        );
-    }
+    let colours = scale.zip(args.compare.as_ref()).map(|([_, high], other)| {
+        format!("distance from {}: dark 0, yellow {high:.3e} (model units)", other.display())
+    });
+    let text = Table::new(format!("drew {} → {}", args.mesh.display(), args.output.display()))
+        .rows("colours", colours);
     let report = Report {
         output: args.output.display().to_string(),
         width: options.width,

@@ -1,16 +1,34 @@
 //! `sombrero trace`.
 
-use crate::args::Trace as Args;
+use crate::answer::{Answer, Context};
+use crate::args::Steps;
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
-use crate::{Answer, Context, files};
+use crate::table::Table;
+use crate::terminal::visible;
 use serde::Serialize;
 use sombrero::watermark::{Key, KeyError};
-use sombrero::{Alignment, DetectError, DetectOptions, Named, SearchError, Stages, Trace, Tracer};
+use sombrero::{Alignment, DetectError, Named, SearchError, Stages, Trace, Tracer};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// So many of those who were not named are shown, and of keys that were left out.
+// What is typed after `sombrero trace`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The mesh to look at.
+    suspect: PathBuf,
+    /// The file that was marked, exactly.
+    #[arg(long, value_name = "FILE")]
+    original: PathBuf,
+    /// The folder with the keys of all copies.
+    #[arg(long, value_name = "DIR")]
+    keys: PathBuf,
+    #[command(flatten)]
+    steps: Steps,
+}
+
+/// The number of keys that were left out which are shown to people.
 const MOST_SHOWN: usize = 5;
 
 /// Folders below the folder of keys are looked into this deep.
@@ -74,13 +92,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
         return Err(no_keys(&args.keys, &skipped));
     }
     let preparation = ("preparation", start.elapsed().as_secs_f64());
-    let options = DetectOptions {
-        registration: args.registration.into(),
-        resampling: args.resampling.into(),
-        threshold: args.threshold,
-        ..DetectOptions::default()
-    };
-    let mut trace = tracer.trace(&suspect, &options).map_err(|e| failed(&e))?;
+    let mut trace = tracer.trace(&suspect, &args.steps.options()).map_err(|e| failed(&e))?;
     trace.seconds.0.insert(0, preparation);
     let report = report(trace, &tracer, &paths, &recipients, skipped);
     Ok(Answer::new(text(args, &report), &report)?.found_if(report.found))
@@ -119,7 +131,7 @@ fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// What a folder holds: keys, each with its file, and those that could not be read.
+/// The content of a folder: keys, each with its file, and those that could not be read.
 struct Keys {
     paths: Vec<PathBuf>,
     keys: Vec<Key>,
@@ -181,42 +193,37 @@ fn no_keys(folder: &Path, skipped: &[Skipped]) -> Failure {
     Failure::new("keys", message)
 }
 
-fn text(args: &Args, report: &Report) -> String {
+fn text(args: &Args, report: &Report) -> Table {
     let named = report.recipients.iter().filter(|r| r.named).count();
-    let mut lines = vec![match named {
-        0 => format!("NOBODY NAMED: no recipient's mark was found in {}", args.suspect.display()),
-        1 => format!("NAMED: {} is the copy of one recipient", args.suspect.display()),
-        _ => format!("NAMED: {} was made of the copies of {named} recipients", args.suspect.display()),
-    }];
+    let suspect = args.suspect.display();
+    let mut table = Table::new(match named {
+        0 => format!("NOBODY NAMED: no recipient's mark was found in {suspect}"),
+        1 => format!("NAMED: {suspect} is the copy of one recipient"),
+        _ => format!("NAMED: {suspect} was made of the copies of {named} recipients"),
+    });
     for r in report.recipients.iter().take(named) {
         let name = if r.recipient.is_empty() { "(no recipient's text)" } else { &r.recipient };
-        lines.push(format!(
-            "  {name:<28} log10 p {:.1}, correlation {:.3}   {}",
-            r.log10_p, r.correlation, r.key
-        ));
+        let figures = format!("log10 p {:.1}, correlation {:.3}", r.log10_p, r.correlation);
+        // Its length must be known before it is padded.
+        table = table.line(format!("  {:<28} {figures}   {}", visible(name), r.key));
     }
-    if let Some(next) = report.recipients.get(named) {
+    let next = report.recipients.get(named).map(|next| {
         // A name at the level of chance would only be held against somebody.
         let name = if next.log10_p < -2.0 { format!("{}, ", next.recipient) } else { String::new() };
-        lines.push(format!("  next best     {name}log10 p {:.1}: not named", next.log10_p));
-    }
-    lines.extend([
-        format!(
-            "  log10 p       the chance that anybody without a part is named as surely; threshold {:.1}",
-            report.threshold.log10()
-        ),
-        format!("  keys          {} of this original, {} tests in all", report.keys, report.variants_counted),
-        format!("  coverage      {:.1} % of the original's area", 100.0 * report.coverage),
-        format!("  seconds       {:.2}", report.seconds.total()),
-    ]);
-    lines.extend(report.warnings.iter().map(|w| format!("  note          {w}")));
-    let left_out = report.skipped.iter().map(|s| format!("  left out      {}: {}", s.key, s.reason));
-    lines.extend(left_out.take(MOST_SHOWN));
-    if report.skipped.len() > MOST_SHOWN {
-        lines.push(format!(
-            "  left out      and {} more keys; --json has all",
-            report.skipped.len() - MOST_SHOWN
-        ));
-    }
-    lines.join("\n")
+        format!("{name}log10 p {:.1}: not named", next.log10_p)
+    });
+    let chance = format!(
+        "the chance that anybody without a part is named as surely; threshold {:.1}",
+        report.threshold.log10()
+    );
+    let more = report.skipped.len().saturating_sub(MOST_SHOWN);
+    table
+        .rows("next best", next)
+        .row("log10 p", chance)
+        .row("keys", format!("{} of this original, {} tests in all", report.keys, report.variants_counted))
+        .row("coverage", format!("{:.1} % of the original's area", 100.0 * report.coverage))
+        .row("seconds", format!("{:.2}", report.seconds.total()))
+        .rows("note", &report.warnings)
+        .rows("left out", report.skipped.iter().take(MOST_SHOWN).map(|s| format!("{}: {}", s.key, s.reason)))
+        .rows("left out", (more > 0).then(|| format!("and {more} more keys; --json has all")))
 }

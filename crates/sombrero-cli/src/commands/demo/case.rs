@@ -1,6 +1,5 @@
 //! A generated model with its mark, and what is done to the copy.
 
-use super::File;
 use crate::failure::Failure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -36,6 +35,13 @@ fn reported(model: &str) -> &'static str {
     if model == "bust" { "all of the paper's" } else { "turned, moved, scaled" }
 }
 
+/// A file to be written, by its name in the folder.
+pub(super) struct File {
+    pub(super) name: String,
+    pub(super) bytes: Vec<u8>,
+    pub(super) access: Access,
+}
+
 /// A model with its mark.
 pub(super) struct Case {
     pub(super) name: &'static str,
@@ -54,7 +60,7 @@ pub(super) struct Tried {
 }
 
 impl Case {
-    /// How many there are.
+    /// The number of suspects of a model.
     pub(super) const SUSPECTS: usize = BATTERY.len() + 1;
 
     pub(super) fn new(

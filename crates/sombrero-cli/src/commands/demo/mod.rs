@@ -3,11 +3,12 @@
 mod case;
 mod pictures;
 
-use crate::args::Demo;
+use crate::answer::Answer;
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
-use crate::{Answer, files};
-use case::{Case, Tried};
+use crate::table::Table;
+use case::{Case, File, Tried};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -16,6 +17,20 @@ use sombrero::io::{Access, Format, Output};
 use sombrero::shapes;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+// What is typed after `sombrero demo`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The folder to write to.
+    #[arg(short, long, value_name = "DIR", default_value = "sombrero-demo")]
+    output: PathBuf,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Replace files that exist.
+    #[arg(long)]
+    force: bool,
+}
 
 #[derive(Serialize)]
 struct Report {
@@ -44,14 +59,7 @@ struct Row {
     resampling: bool,
 }
 
-/// A file to be written, by its name in the folder.
-struct File {
-    name: String,
-    bytes: Vec<u8>,
-    access: Access,
-}
-
-pub(crate) fn run(args: &Demo) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     check_folder(args)?;
     let progress = Progress::new("making, marking, attacking and detecting");
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
@@ -98,7 +106,7 @@ fn row(case: &Case, tried: &Tried) -> Row {
 }
 
 /// Before any work: the folder can be one, and nothing of ours is in it, unless it may be replaced.
-fn check_folder(args: &Demo) -> Result<(), Failure> {
+fn check_folder(args: &Args) -> Result<(), Failure> {
     let folder = &args.output;
     if folder.exists() {
         files::make_folder(folder)?;
@@ -108,7 +116,7 @@ fn check_folder(args: &Demo) -> Result<(), Failure> {
     files::check_outputs(&paths.each_ref().map(PathBuf::as_path), &[], args.force)
 }
 
-fn write(args: &Demo, files: &[File]) -> Result<(), Failure> {
+fn write(args: &Args, files: &[File]) -> Result<(), Failure> {
     let paths: Vec<PathBuf> = files.iter().map(|f| args.output.join(&f.name)).collect();
     files::check_outputs(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>(), &[], args.force)?;
     files::make_folder(&args.output)?;
@@ -117,31 +125,27 @@ fn write(args: &Demo, files: &[File]) -> Result<(), Failure> {
     files::write_all(&outputs, args.force)
 }
 
-fn text(report: &Report) -> String {
-    let mut lines = Vec::new();
+fn text(report: &Report) -> Table {
+    let mut table = Table::default();
     for model in &report.models {
         let e = &model.embed;
-        lines.push(format!(
+        table = table.line(format!(
             "{:<5} {} vertices; {} coefficients move vertices by {:.4} at most, {:.5} rms, of the largest side",
             model.name, e.vertices, e.coefficients, e.distortion.relative_max, e.distortion.relative_rms
         ));
     }
-    lines.push(String::new());
-    lines.push(format!("{:<24}{:>12}{:>8}{:>12}{:>8}", "log10 p", "part", "", "bust", ""));
+    table = table.line("").line(format!("{:<24}{:>12}{:>8}{:>12}{:>8}", "log10 p", "part", "", "bust", ""));
     let of = |name: &'static str| report.rows.iter().filter(move |r| r.model == name);
     for (part, bust) in of("part").zip(of("bust")) {
         let cell = |r: &Row| format!("{:>12.1}{:>8}", r.log10_p, if r.detected { "found" } else { "-" });
-        lines.push(format!("{:<24}{}{}", part.suspect, cell(part), cell(bust)));
+        table = table.line(format!("{:<24}{}{}", part.suspect, cell(part), cell(bust)));
     }
-    lines.push(String::new());
-    lines.push(
-        "log10 p: the chance that an unmarked mesh matches as well, as a power of ten; found: -6 or below."
-            .into(),
-    );
-    lines.push(format!(
-        "{} files in {}: meshes, keys, demo.png, part-report.html and bust-report.html to open in a browser",
-        report.files.len(),
-        report.output
-    ));
-    lines.join("\n")
+    table
+        .line("")
+        .line("log10 p: the chance that an unmarked mesh matches as well, as a power of ten; found: -6 or below.")
+        .line(format!(
+            "{} files in {}: meshes, keys, demo.png, part-report.html and bust-report.html to open in a browser",
+            report.files.len(),
+            report.output
+        ))
 }

@@ -1,11 +1,13 @@
 //! A copy and a key for each line of a list of buyers. The basis is computed once.
 
-use super::copies::{is_done, make_folders, own_secret};
-use super::{Place, rewrite};
-use crate::args::Embed;
+use super::args::Order;
+use super::copy::{Place, write};
+use super::folder::{is_done, make_folders, own_secret};
+use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
-use crate::{Answer, Context, Outcome, files};
+use crate::table::Table;
 use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::watermark::{Identity, OriginalDigest, Secret};
@@ -19,7 +21,7 @@ use std::time::Instant;
 /// A list of a million buyers has some 50 MB.
 const LARGEST_LIST: u64 = 256 << 20;
 
-/// So many failures are told one by one.
+/// The number of failures that are told one by one.
 const MOST_TOLD: usize = 10;
 
 /// The summary.
@@ -58,22 +60,28 @@ struct Job {
     key: PathBuf,
 }
 
-pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    inputs: &[PathBuf],
+    folder: &Path,
+    list: &Path,
+    order: &Order<'_>,
+    context: &Context,
+) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let progress = Progress::new(format!("marking {}", args.inputs[0].display()));
-    let given = files::given_secret(args.secret_file.as_deref())?;
-    let [input] = args.inputs.as_slice() else {
+    let progress = Progress::new(format!("marking {}", inputs[0].display()));
+    let given = order.secret()?;
+    let [input] = inputs else {
         return Err(Failure::new("usage", "--recipients makes copies of one file; give one input"));
     };
     let original = files::read_mesh(input, context.limits)?;
     let rows = read_rows(list)?;
-    let keys = make_folders(folder)?;
-    let jobs = jobs(args, input, folder, &keys, rows);
+    let keys = make_folders(folder, context)?;
+    let jobs = jobs(&order.options.identity.owner, input, folder, &keys, rows);
     let digest = OriginalDigest::of(&original.content());
 
     let done = |job: &Job| {
         let place = Place { input, output: &job.output, key: &job.key };
-        if args.force { Ok(false) } else { is_done(args, &place, &job.identity, &digest) }
+        if order.force { Ok(false) } else { is_done(&order.options, &place, &job.identity, &digest) }
     };
     let mut fates: Vec<Option<Fate>> = jobs
         .par_iter()
@@ -88,9 +96,9 @@ pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -
         let failed = |e: &dyn std::error::Error| Failure::about("mesh", input, e);
         let secrets: Vec<Secret> =
             jobs.iter().map(|job| own_secret(given, &digest, &job.identity)).collect::<Result<_, _>>()?;
-        let mut embedder = Embedder::new(&original, super::parameters(args), args.coefficients.is_none())
+        let mut embedder = Embedder::new(&original, order.options.parameters, order.options.fewer_if_small)
             .map_err(|e| failed(&e))?;
-        if let Some(most) = args.max_displacement {
+        if let Some(most) = order.options.max_displacement {
             let marks = jobs.iter().zip(&secrets).zip(&fates).filter(|(_, fate)| fate.is_none());
             let marks = marks.map(|((job, secret), _)| (&job.identity, secret));
             embedder.limit_displacement(most, marks).map_err(|e| failed(&e))?;
@@ -100,11 +108,11 @@ pub(super) fn run(args: &Embed, folder: &Path, list: &Path, context: &Context) -
         progress.count(0, total);
         let mark = |job: &Job, secret: &Secret| {
             let place = Place { input, output: &job.output, key: &job.key };
-            files::check_outputs(&[place.output, place.key], &[input, list], args.force)?;
+            files::check_outputs(&[place.output, place.key], &[input, list], order.force)?;
             let marked = embedder
-                .mark(job.identity.clone(), *secret, &rewrite(args, place.output))
+                .mark(job.identity.clone(), *secret, &order.rewrite(place.output))
                 .map_err(|e| failed(&e))?;
-            super::write(&marked, &original, &place, &[input, list], args.force, context.limits)?;
+            write(&marked, &original, &place, &[input, list], order.force, context.limits)?;
             Ok(Fate::Written(Box::new(marked.report)))
         };
         fates.par_iter_mut().zip(&jobs).zip(&secrets).filter(|((fate, _), _)| fate.is_none()).for_each(
@@ -144,44 +152,49 @@ fn report(input: &Path, folder: &Path, jobs: Vec<Job>, fates: Vec<Option<Fate>>,
     }
 }
 
-fn text(report: &Report) -> String {
-    let mut lines =
-        vec![format!("marked {} for {} recipients → {}", report.input, report.copies.len(), report.out_dir)];
-    let kept = if report.kept > 0 { format!(", {} kept from before", report.kept) } else { String::new() };
-    let failed = if report.failed > 0 { format!(", {} failed", report.failed) } else { String::new() };
-    lines.push(format!("  copies        {} written{kept}{failed}", report.written));
-    lines.push(format!(
-        "  keys          {}/keys (secret; keep them together with the original)",
-        report.out_dir
-    ));
-    let written = || {
-        report.copies.iter().filter_map(|copy| match &copy.fate {
-            Fate::Written(report) => Some(report),
+fn text(report: &Report) -> Table {
+    let written: Vec<&EmbedReport> = report
+        .copies
+        .iter()
+        .filter_map(|copy| match &copy.fate {
+            Fate::Written(report) => Some(&**report),
             _ => None,
         })
+        .collect();
+    let count = |count: usize, what: &str| match count {
+        0 => String::new(),
+        count => format!(", {count} {what}"),
     };
-    if let Some(first) = written().next() {
-        let longest = written().map(|r| r.distortion.relative_max).fold(0.0, f64::max);
-        let weakest = written().map(|r| r.log10_p_after_noise).fold(f64::NEG_INFINITY, f64::max);
-        lines.push(format!(
-            "  mark          {} coefficients, {} basis, epsilon {}",
-            first.coefficients, first.basis, first.epsilon
-        ));
-        let new = if report.kept > 0 { " new one" } else { "" };
-        lines.push(format!("  displacement  at most {longest:.5} of the largest side"));
-        lines.push(format!(
-            "  read back     by the paper's test after noise of 0.2 % log10 p of the weakest{new} would be {weakest:.1}"
-        ));
-    }
-    lines.push(format!("  seconds       {:.2}", report.seconds));
-    let notes: BTreeSet<&String> = written().flat_map(|report| &report.warnings).collect();
-    lines.extend(notes.iter().take(MOST_TOLD).map(|note| format!("  note          {note}")));
+    let (kept, failed) = (count(report.kept, "kept from before"), count(report.failed, "failed"));
+    let notes: BTreeSet<&String> = written.iter().flat_map(|report| &report.warnings).collect();
     let failures = report.copies.iter().filter_map(|copy| match &copy.fate {
-        Fate::Failed { error } => Some(format!("  failed        {}: {}", copy.recipient, error.message())),
+        Fate::Failed { error } => Some(format!("{}: {}", copy.recipient, error.message())),
         _ => None,
     });
-    lines.extend(failures.take(MOST_TOLD));
-    lines.join("\n")
+    let head = format!("marked {} for {} recipients → {}", report.input, report.copies.len(), report.out_dir);
+    Table::new(head)
+        .row("copies", format!("{} written{kept}{failed}", report.written))
+        .row("keys", format!("{}/keys (secret; keep them together with the original)", report.out_dir))
+        .and(marks(&written, report.kept > 0))
+        .row("seconds", format!("{:.2}", report.seconds))
+        .rows("note", notes.iter().take(MOST_TOLD))
+        .rows("failed", failures.take(MOST_TOLD))
+}
+
+/// The marks that were written in this run, by the longest displacement and the weakest of them.
+fn marks(written: &[&EmbedReport], kept: bool) -> Table {
+    let Some(first) = written.first() else { return Table::default() };
+    let longest = written.iter().map(|r| r.distortion.relative_max).fold(0.0, f64::max);
+    let weakest = written.iter().map(|r| r.log10_p_after_noise).fold(f64::NEG_INFINITY, f64::max);
+    let new = if kept { " new one" } else { "" };
+    let mark =
+        format!("{} coefficients, {} basis, epsilon {}", first.coefficients, first.basis, first.epsilon);
+    let read_back =
+        format!("by the paper's test after noise of 0.2 % log10 p of the weakest{new} would be {weakest:.1}");
+    Table::default()
+        .row("mark", mark)
+        .row("displacement", format!("at most {longest:.5} of the largest side"))
+        .row("read back", read_back)
 }
 
 /// One line: whose copy, and the name that its files shall have.
@@ -230,7 +243,7 @@ fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
 
 /// The names of files for each row: the one in the list, or INPUT-RECIPIENT. Where two rows have the same, or none, the
 /// number of the row tells them apart, so that a longer list gives the same names to the rows before.
-fn jobs(args: &Embed, input: &Path, folder: &Path, keys: &Path, rows: Vec<Row>) -> Vec<Job> {
+fn jobs(owner: &str, input: &Path, folder: &Path, keys: &Path, rows: Vec<Row>) -> Vec<Job> {
     let stem =
         input.file_stem().and_then(OsStr::to_str).filter(|_| !files::is_standard(input)).unwrap_or("copy");
     let extension = input.extension().and_then(OsStr::to_str);
@@ -246,7 +259,7 @@ fn jobs(args: &Embed, input: &Path, folder: &Path, keys: &Path, rows: Vec<Row>) 
         }
         let file = extension.map_or_else(|| name.clone(), |extension| format!("{name}.{extension}"));
         Job {
-            identity: Identity { owner: args.owner.clone(), recipient: row.recipient },
+            identity: Identity { owner: owner.to_owned(), recipient: row.recipient },
             output: folder.join(file),
             key: keys.join(format!("{name}.key")),
         }

@@ -1,9 +1,11 @@
 //! Is a key genuine, and since when has it existed?
 
-use crate::args::Verify;
+use super::args::Args;
+use crate::answer::{Answer, Context};
 use crate::failure::Failure;
+use crate::files;
+use crate::table::Table;
 use crate::timestamp::{self, Stamp};
-use crate::{Answer, Context, files};
 use serde::Serialize;
 use sombrero::Detector;
 use sombrero::watermark::Key;
@@ -22,7 +24,7 @@ struct Report {
     timestamp: Option<Stamp>,
 }
 
-pub(super) fn check(args: &Verify, bytes: &[u8], context: &Context) -> Result<Answer, Failure> {
+pub(super) fn check(args: &Args, bytes: &[u8], context: &Context) -> Result<Answer, Failure> {
     let path = &args.file;
     let key = Key::from_json(bytes)
         .map_err(|e| Failure::new("key", format!("{}: neither a report nor a key: {e}", path.display())))?;
@@ -49,27 +51,26 @@ pub(super) fn check(args: &Verify, bytes: &[u8], context: &Context) -> Result<An
         commitment: hex::encode(key.commitment()),
         timestamp: stamp,
     };
-    let mut lines = vec![
-        format!(
-            "{} is genuine: watermark and basis follow from its secret and {}",
-            path.display(),
-            original.display()
-        ),
-        format!("  owner         {}", or_none(&report.owner)),
-        format!("  recipient     {}", or_none(&report.recipient)),
-        format!(
-            "  mark          {} coefficients, {} basis, epsilon {}",
-            report.coefficients, report.basis, report.epsilon
-        ),
-        format!("  original      SHA-256 {}", report.original_sha256),
-        format!("  basis         SHA-256 {}", report.basis_sha256),
-        format!("  commitment    SHA-256 {}", report.commitment),
-    ];
-    match &report.timestamp {
-        Some(stamp) => lines.extend(stamp.lines()),
-        None => lines.push("  timestamp     none; see `sombrero commit`".into()),
-    }
-    Answer::new(lines.join("\n"), &report)
+    let head = format!(
+        "{} is genuine: watermark and basis follow from its secret and {}",
+        path.display(),
+        original.display()
+    );
+    let mark =
+        format!("{} coefficients, {} basis, epsilon {}", report.coefficients, report.basis, report.epsilon);
+    let stamp = report
+        .timestamp
+        .as_ref()
+        .map_or_else(|| Table::default().row("timestamp", "none; see `sombrero commit`"), Stamp::rows);
+    let text = Table::new(head)
+        .row("owner", or_none(&report.owner))
+        .row("recipient", or_none(&report.recipient))
+        .row("mark", mark)
+        .row("original", format!("SHA-256 {}", report.original_sha256))
+        .row("basis", format!("SHA-256 {}", report.basis_sha256))
+        .row("commitment", format!("SHA-256 {}", report.commitment))
+        .and(stamp);
+    Answer::new(text, &report)
 }
 
 fn or_none(text: &str) -> &str {

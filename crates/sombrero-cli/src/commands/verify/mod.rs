@@ -1,18 +1,20 @@
 //! `sombrero verify`: a key, or a report.
 
+pub(crate) mod args;
 mod key;
 mod report;
 
-use crate::args::Verify;
+use crate::answer::{Answer, Context};
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
-use crate::{Answer, Context, files};
+use args::Args;
 use sombrero_report::Record;
 
 /// A page with pictures and two meshes has a few MB.
 const LARGEST_REPORT: u64 = 256 << 20;
 
-pub(crate) fn run(args: &Verify, context: &Context) -> Result<Answer, Failure> {
+pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("verifying {}", args.file.display()));
     let bytes = files::read_small(&args.file, LARGEST_REPORT)?;
     match Record::find(&bytes) {

@@ -1,14 +1,16 @@
 //! Does every figure of a report hold? The detection is made again from the files that it names.
 
-use crate::args::Verify;
+use super::args::Args;
+use crate::answer::{Answer, Context};
 use crate::failure::Failure;
+use crate::files;
+use crate::table::Table;
 use crate::timestamp::{self, Stamp};
-use crate::{Answer, Context, files};
 use serde::Serialize;
 use sombrero_report::{Difference, FileHash, PROGRAM, Record, replay};
 use std::path::{Path, PathBuf};
 
-/// So many differences are shown to people.
+/// The number of differences that are shown to people.
 const MOST_SHOWN: usize = 12;
 
 #[derive(Serialize)]
@@ -25,7 +27,7 @@ struct Report {
     timestamp: Option<Stamp>,
 }
 
-pub(super) fn check(args: &Verify, recorded: &Record, context: &Context) -> Result<Answer, Failure> {
+pub(super) fn check(args: &Args, recorded: &Record, context: &Context) -> Result<Answer, Failure> {
     let named = &recorded.evidence.files;
     let place =
         |given: &Option<PathBuf>, file: &FileHash| given.clone().unwrap_or_else(|| find(&args.file, file));
@@ -56,7 +58,7 @@ pub(super) fn check(args: &Verify, recorded: &Record, context: &Context) -> Resu
     Ok(Answer::new(text(args, recorded, &report), &report)?.found_if(holds))
 }
 
-/// Where a file of the report is: as it was named, or beside the report.
+/// The place of a file of the report: as it was named, or beside the report.
 fn find(report: &Path, file: &FileHash) -> PathBuf {
     let named = PathBuf::from(&file.path);
     let beside = named.file_name().map(|name| report.with_file_name(name));
@@ -66,7 +68,7 @@ fn find(report: &Path, file: &FileHash) -> PathBuf {
     }
 }
 
-fn text(args: &Verify, recorded: &Record, report: &Report) -> String {
+fn text(args: &Args, recorded: &Record, report: &Report) -> Table {
     let file = args.file.display();
     let verdict = match (report.holds, report.same_files) {
         (true, _) => format!("HOLDS: every figure of {file} was found again"),
@@ -77,26 +79,18 @@ fn text(args: &Verify, recorded: &Record, report: &Report) -> String {
     };
     let genuine = if report.same_files { " (genuine)" } else { "" };
     let found = if recorded.detected() { "found" } else { "not found" };
-    let mut lines = vec![
-        verdict,
-        format!("  compared      {} values", report.compared),
-        format!("  it says       {found}, log10 p {:.1}", recorded.log10_p()),
-        format!("  suspect       {}", report.suspect),
-        format!("  original      {}", report.original),
-        format!("  key           {}{genuine}", report.key),
-    ];
-    lines.extend(report.timestamp.iter().flat_map(Stamp::lines));
-    if report.program != PROGRAM {
-        lines.push(format!("  note          it was made by {}, this is {PROGRAM}", report.program));
-    }
-    let shown =
-        |d: &Difference| format!("  differs       {}: recorded {}, found {}", d.field, d.recorded, d.found);
-    lines.extend(report.differences.iter().take(MOST_SHOWN).map(shown));
-    if report.differences.len() > MOST_SHOWN {
-        lines.push(format!(
-            "  differs       and {} more; --json has all",
-            report.differences.len() - MOST_SHOWN
-        ));
-    }
-    lines.join("\n")
+    let other =
+        (report.program != PROGRAM).then(|| format!("it was made by {}, this is {PROGRAM}", report.program));
+    let shown = |d: &Difference| format!("{}: recorded {}, found {}", d.field, d.recorded, d.found);
+    let more = report.differences.len().saturating_sub(MOST_SHOWN);
+    Table::new(verdict)
+        .row("compared", format!("{} values", report.compared))
+        .row("it says", format!("{found}, log10 p {:.1}", recorded.log10_p()))
+        .row("suspect", &report.suspect)
+        .row("original", &report.original)
+        .row("key", format!("{}{genuine}", report.key))
+        .and(report.timestamp.as_ref().map(Stamp::rows).unwrap_or_default())
+        .rows("note", other)
+        .rows("differs", report.differences.iter().take(MOST_SHOWN).map(shown))
+        .rows("differs", (more > 0).then(|| format!("and {more} more; --json has all")))
 }

@@ -1,0 +1,199 @@
+//! `sombrero detect`: one suspect, or several against one original.
+
+pub(crate) mod args;
+
+use crate::answer::{Answer, Context, Outcome};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::table::Table;
+use crate::{batch, files};
+use args::{Args, Plan, Prepared};
+use sombrero::io::{Access, Document, Limits, Output};
+use sombrero::watermark::Key;
+use sombrero::{DetectError, Detection, Detector, PreparedBasis, SearchError};
+use sombrero_report::{Evidence, FileHash, Report, page, record};
+use std::cell::OnceCell;
+use std::path::Path;
+use std::time::Instant;
+
+pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
+    let plan = Plan::new(args)?;
+    let progress = Progress::new(format!("reading {}", plan.original.display()));
+    let job = Job::new(&plan, context.limits)?;
+    drop(progress);
+    if let Some(folder) = &plan.folder {
+        files::make_folder(folder)?;
+    }
+    match plan.suspects.as_slice() {
+        [(suspect, page)] if plan.one => Ok(Outcome::Answer(job.look(suspect, page.clone()?.as_deref())?)),
+        suspects => batch::each(suspects, "suspect", context, |suspect, page| {
+            job.look(suspect, page.clone()?.as_deref())
+        }),
+    }
+}
+
+/// An original and a key that any number of suspects are held against.
+struct Job<'a> {
+    plan: &'a Plan,
+    limits: Limits,
+    detector: Detector,
+    /// Whether the basis came from a prepared file, and what is to be said of it.
+    from_file: bool,
+    note: Option<String>,
+    /// Whether the basis was derived anew, which the first mark that is found asks for.
+    confirmed: OnceCell<()>,
+    original: FileHash,
+    key: FileHash,
+    preparation: f64,
+}
+
+impl<'a> Job<'a> {
+    fn new(plan: &'a Plan, limits: Limits) -> Result<Self, Failure> {
+        let bytes = files::read_small(&plan.key, files::LARGEST_KEY)?;
+        let key = files::parse_key(&plan.key, &bytes)?;
+        let original = files::read_mesh(&plan.original, limits)?;
+        let (stored, note) = stored(&plan.prepared, &key, limits)?;
+        let from_file = stored.is_some();
+        let start = Instant::now();
+        let detector = match stored {
+            Some(stored) => Detector::with_prepared_basis(&original, key, stored),
+            None => Detector::new(&original, key),
+        };
+        let detector = detector.map_err(|e| failure(plan, &plan.original, &e))?;
+        // The key was made for a file with this hash, and that was checked.
+        let original_sha256 = hex::encode(detector.key().original_sha256);
+        Ok(Self {
+            plan,
+            limits,
+            detector,
+            from_file,
+            note,
+            confirmed: OnceCell::new(),
+            original: FileHash { path: plan.original.display().to_string(), sha256: original_sha256 },
+            key: FileHash::new(plan.key.display().to_string(), &bytes),
+            preparation: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Looks at one suspect, and writes its page to `report_path`.
+    fn look(&self, path: &Path, report_path: Option<&Path>) -> Result<Answer, Failure> {
+        let Self { plan, detector, .. } = self;
+        let _progress = Progress::new(format!("looking at {}", path.display()));
+        let file = files::read_mesh(path, self.limits)?;
+        let evidence = self.evidence(path, &file);
+        let suspect = detector.suspect(&file);
+        // Detection needs the memory.
+        drop(file);
+        let mut detection =
+            detector.detect(&suspect, &evidence.settings).map_err(|e| failure(plan, path, &e))?;
+        detection.seconds.0.insert(0, ("preparation", self.preparation));
+        detection.warnings.extend(self.note.clone());
+        if detection.detected && self.from_file {
+            detection.warnings.extend(self.vouch()?);
+        }
+        let report = Report {
+            detection: &detection,
+            key: detector.key(),
+            original: detector.model(),
+            suspect: &suspect.soup,
+            prepared: self.from_file,
+            evidence: &evidence,
+        };
+        let (mut text, mut json) = (text(path, &detection), record(&report));
+        if let Some(path) = report_path {
+            let html = page(&report).map_err(|e| Failure::new("internal", e.to_string()))?;
+            let output = Output { path, bytes: html.as_bytes(), access: Access::Usual };
+            files::write_all(&[output], plan.force)?;
+            let path = path.display().to_string();
+            text = text.row("report", &path);
+            json["report"] = path.into();
+        }
+        Ok(Answer::new(text, &json)?.found_if(detection.detected))
+    }
+
+    fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
+        let suspect = FileHash::new(path.display().to_string(), &suspect.content());
+        let (original, key) = (self.original.clone(), self.key.clone());
+        Evidence::new(suspect, original, key, self.detector.key(), self.plan.settings)
+    }
+
+    /// Key and prepared file may have been made up together, and then any suspect has the mark. So what was found with
+    /// a file that happens to lie beside the key is confirmed without it; with one that the user vouches for, the
+    /// answer says so.
+    fn vouch(&self) -> Result<Option<String>, Failure> {
+        let Prepared { path, named } = &self.plan.prepared;
+        if *named {
+            return Ok(Some(format!(
+                "The basis was taken from {} and not derived anew, which `sombrero verify` does.",
+                path.display()
+            )));
+        }
+        if self.confirmed.get().is_none() {
+            self.detector.confirm().map_err(|e| failure(self.plan, &self.plan.original, &e))?;
+        }
+        self.confirmed.get_or_init(|| ());
+        Ok(None)
+    }
+}
+
+/// The stored basis where there is one to be used, or a sentence that says why the one beside the key is not.
+fn stored(
+    Prepared { path, named }: &Prepared,
+    key: &Key,
+    limits: Limits,
+) -> Result<(Option<PreparedBasis>, Option<String>), Failure> {
+    if !named && path.symlink_metadata().is_err() {
+        return Ok((None, None));
+    }
+    match files::read_prepared(path, key, limits) {
+        Ok(stored) => Ok((Some(stored), None)),
+        Err(failure) if *named => Err(failure),
+        Err(failure) => Ok((None, Some(format!("The prepared file was not used: {}.", failure.message())))),
+    }
+}
+
+/// Names the file that the error is about.
+fn failure(plan: &Plan, suspect: &Path, error: &DetectError) -> Failure {
+    match error {
+        DetectError::Key(_) | DetectError::Basis(_) => Failure::about("key", &plan.key, error),
+        DetectError::NoFaces { which: "original" } => Failure::about("mesh", &plan.original, error),
+        DetectError::Search(SearchError::NeedsResampling) => {
+            Failure::about("needs_resampling", suspect, error)
+        }
+        DetectError::Threshold { .. } => Failure::new("usage", error.to_string()),
+        _ => Failure::about("suspect", suspect, error),
+    }
+}
+
+fn text(suspect: &Path, d: &Detection) -> Table {
+    let verdict = if d.detected { "FOUND: the mark is in" } else { "NOT FOUND: the mark was not found in" };
+    let log10_p = format!(
+        "{:.1} (threshold {:.1}): the chance that an unmarked mesh matches as well",
+        d.log10_p,
+        d.threshold.log10()
+    );
+    Table::new(format!("{verdict} {}", suspect.display()))
+        .row("log10 p", log10_p)
+        .row("correlation", format!("{:.4} over {} coefficients", d.correlation, d.coefficients_used))
+        .row("coverage", format!("{:.1} % of the original's area", 100.0 * d.coverage))
+        .row("method", how(d))
+        .row("seconds", format!("{:.2}", d.seconds.total()))
+        .rows("note", &d.warnings)
+}
+
+/// The variant that won, in words.
+fn how(d: &Detection) -> String {
+    let v = &d.variant;
+    let step = |yes: bool, name: &str| format!("{} {name}", if yes { "with" } else { "without" });
+    let registration = step(v.registration, "registration");
+    match d.method {
+        sombrero::Method::Paper => format!("paper, {registration}, {}", step(v.resampling, "resampling")),
+        _ => {
+            let compared = if v.resampling { "surfaces" } else { "vertices" };
+            format!(
+                "robust, {registration}, {compared} compared; solved for: {}; best of {} variants",
+                v.nuisance, d.variants_counted
+            )
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! What is typed after `sombrero embed`, and what it means.
+
+use crate::args::finite;
+use crate::failure::Failure;
+use crate::files;
+use sombrero::EmbedOptions;
+use sombrero::basis::{BasisFunction, BasisOptions};
+use sombrero::io::Rewrite;
+use sombrero::watermark::{Identity, Parameters, Preset, Secret};
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The mesh to mark; with --out-dir several, and folders of them. They stay as they are.
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// The marked copy, in the same format.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// The key to write: secret, readable by you alone.
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
+    /// A folder for many copies; their keys go to its subfolder `keys`.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "key"])]
+    out_dir: Option<PathBuf>,
+    /// A copy and a key for each line of this CSV file, which has a column `recipient`.
+    #[arg(long, value_name = "CSV", requires = "out_dir", conflicts_with = "recipient")]
+    recipients: Option<PathBuf>,
+    /// Whose mark it is.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    owner: String,
+    /// Whose copy it is.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    recipient: String,
+    /// What the mark is made of: robust (200 coefficients that share the energy) or paper (the paper's 50). Both
+    /// move vertices about equally far.
+    #[arg(long, value_name = "NAME", default_value_t = Preset::default())]
+    preset: Preset,
+    /// How many coefficients carry the mark. Default: the preset's, or fewer on a small mesh.
+    #[arg(long, value_name = "N")]
+    coefficients: Option<usize>,
+    /// Strength of the mark. Default: the preset's, 0.0088 or 0.01.
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = finite)]
+    epsilon: Option<f64>,
+    /// Lower epsilon so far that no vertex moves by more than this, in the units of the model, before the file rounds
+    /// its numbers.
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = finite)]
+    max_displacement: Option<f64>,
+    /// Basis function: sombrero, derby or hat. Default: sombrero.
+    #[arg(long, value_name = "NAME")]
+    basis: Option<BasisFunction>,
+    /// A file with the secret, 64 hexadecimal digits. Default: the environment's SOMBRERO_SECRET, else a new one
+    /// from the operating system. With --out-dir each copy has a secret of its own that follows from it.
+    #[arg(long, value_name = "FILE")]
+    secret_file: Option<PathBuf>,
+    /// Turn stored normals and tangents as the surface turns. Default: they are data and stay.
+    #[arg(long)]
+    recompute_normals: bool,
+    /// Replace outputs that exist.
+    #[arg(long)]
+    force: bool,
+}
+
+/// The copies that were asked for.
+pub(super) struct Plan<'a> {
+    pub(super) inputs: &'a [PathBuf],
+    pub(super) target: Target<'a>,
+    pub(super) order: Order<'a>,
+}
+
+/// The place of the copies.
+pub(super) enum Target<'a> {
+    /// One copy, and its key.
+    Files { output: &'a Path, key: &'a Path },
+    /// A copy of each input to a folder.
+    Folder(&'a Path),
+    /// A copy for each line of a list to a folder.
+    Recipients { folder: &'a Path, list: &'a Path },
+}
+
+/// The way in which copies are made, wherever they go.
+pub(super) struct Order<'a> {
+    /// The mark of all copies; each may have a recipient of its own, and writes to a file of its own.
+    pub(super) options: EmbedOptions,
+    secret_file: Option<&'a Path>,
+    pub(super) force: bool,
+}
+
+impl<'a> Plan<'a> {
+    /// The plan of what was typed, checked.
+    pub(super) fn new(args: &'a Args) -> Result<Self, Failure> {
+        let target = match (&args.out_dir, &args.recipients, &args.output, &args.key) {
+            (Some(folder), Some(list), ..) => Target::Recipients { folder, list },
+            (Some(folder), None, ..) => Target::Folder(folder),
+            (None, _, Some(output), Some(key)) => Target::Files { output, key },
+            _ => {
+                let message = "a copy and its key need names; give --output and --key, or --out-dir";
+                return Err(Failure::new("usage", message));
+            }
+        };
+        let options = EmbedOptions {
+            parameters: args.parameters(),
+            fewer_if_small: args.coefficients.is_none(),
+            max_displacement: args.max_displacement,
+            identity: Identity { owner: args.owner.clone(), recipient: args.recipient.clone() },
+            rewrite: Rewrite::default().with_renewed_normals(args.recompute_normals),
+        };
+        let order = Order { options, secret_file: args.secret_file.as_deref(), force: args.force };
+        Ok(Self { inputs: &args.inputs, target, order })
+    }
+}
+
+impl Args {
+    /// The preset's, as far as nothing else was asked for.
+    fn parameters(&self) -> Parameters {
+        let Parameters { basis, epsilon } = self.preset.parameters();
+        Parameters {
+            basis: BasisOptions {
+                coefficients: self.coefficients.unwrap_or(basis.coefficients),
+                function: self.basis.unwrap_or(basis.function),
+                ..basis
+            },
+            epsilon: self.epsilon.unwrap_or(epsilon),
+        }
+    }
+}
+
+impl Order<'_> {
+    /// The secret that was given, if any.
+    pub(super) fn secret(&self) -> Result<Option<Secret>, Failure> {
+        files::given_secret(self.secret_file)
+    }
+
+    /// The file that holds the secret, which no output may replace.
+    pub(super) fn secret_file(&self) -> Option<&Path> {
+        self.secret_file
+    }
+
+    /// The way to write the copy that gets this name.
+    pub(super) fn rewrite(&self, output: &Path) -> Rewrite {
+        let rewrite = self.options.rewrite.clone();
+        match output.file_stem().and_then(OsStr::to_str) {
+            Some(stem) => rewrite.with_stem(stem),
+            None => rewrite,
+        }
+    }
+}

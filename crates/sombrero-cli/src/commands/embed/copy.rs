@@ -1,0 +1,112 @@
+//! One marked copy: made, written with its key, read back, told of.
+
+use super::args::Order;
+use crate::answer::Answer;
+use crate::failure::Failure;
+use crate::files;
+use crate::table::Table;
+use nalgebra::Point3;
+use serde::Serialize;
+use sombrero::io::{Access, Companion, Document, Limits, Output};
+use sombrero::watermark::Secret;
+use sombrero::{EmbedOptions, EmbedReport, Marked, embed};
+use std::path::{Path, PathBuf};
+
+#[derive(Serialize)]
+struct Report<'a> {
+    output: String,
+    key: String,
+    #[serde(flatten)]
+    report: &'a EmbedReport,
+}
+
+/// The places that a copy comes from and goes to.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub(super) input: &'a Path,
+    pub(super) output: &'a Path,
+    pub(super) key: &'a Path,
+}
+
+pub(super) fn mark(
+    order: &Order<'_>,
+    original: &Document,
+    place: &Place<'_>,
+    secret: Secret,
+) -> Result<Marked, Failure> {
+    let options = EmbedOptions { rewrite: order.rewrite(place.output), ..order.options.clone() };
+    embed(original, secret, &options).map_err(|e| Failure::about("mesh", place.input, &e))
+}
+
+/// Writes copy, key and what belongs beside the copy, all or nothing, and reads the copy back.
+pub(super) fn write(
+    marked: &Marked,
+    original: &Document,
+    place: &Place<'_>,
+    inputs: &[&Path],
+    force: bool,
+    limits: Limits,
+) -> Result<(), Failure> {
+    let key = marked.key.to_json();
+    let beside = |path: &Path, companion: &Companion| path.with_file_name(&companion.name);
+    let companions: Vec<PathBuf> = marked.companions.iter().map(|c| beside(place.output, c)).collect();
+    let buffers: Vec<PathBuf> = original.companions().iter().map(|c| beside(place.input, c)).collect();
+    let mut outputs = vec![
+        Output { path: place.output, bytes: &marked.bytes, access: Access::Usual },
+        // After the copy: where the key is, the copy is whole.
+        Output { path: place.key, bytes: key.as_bytes(), access: Access::Private },
+    ];
+    let contents = companions.iter().zip(&marked.companions);
+    outputs.splice(0..0, contents.map(|(path, c)| Output { path, bytes: &c.bytes, access: Access::Usual }));
+    let paths: Vec<&Path> = outputs.iter().map(|o| o.path).collect();
+    let inputs: Vec<&Path> = inputs.iter().copied().chain(buffers.iter().map(PathBuf::as_path)).collect();
+    files::check_outputs(&paths, &inputs, force)?;
+    files::write_all(&outputs, force)?;
+    if files::is_standard(place.output) { Ok(()) } else { check_written(place.output, limits, marked) }
+}
+
+/// Reads the copy back from the disk: its mark was found before it was written, so its positions must be the same.
+fn check_written(output: &Path, limits: Limits, marked: &Marked) -> Result<(), Failure> {
+    // A copy may take more bytes than the original, whose size was the limit.
+    let limits = limits.with_max_bytes(u64::MAX);
+    let bits =
+        |points: &[Point3<f64>]| points.iter().flat_map(|p| [p.x, p.y, p.z].map(f64::to_bits)).collect();
+    let copy = Document::read_within(output, limits)?;
+    let [written, meant]: [Vec<u64>; 2] = [bits(copy.points()), bits(&marked.points)];
+    if written == meant {
+        return Ok(());
+    }
+    let message = format!(
+        "{}: reads back otherwise than it was written; if no other run replaced it, check the disk",
+        output.display()
+    );
+    Err(Failure::new("write", message))
+}
+
+pub(super) fn answer(place: &Place<'_>, report: &EmbedReport) -> Result<Answer, Failure> {
+    let [output, key] = [place.output, place.key].map(|path| path.display().to_string());
+    Answer::new(text(place, report), &Report { output, key, report })
+}
+
+fn text(place: &Place<'_>, report: &EmbedReport) -> Table {
+    let d = report.distortion;
+    let mark =
+        format!("{} coefficients, {} basis, epsilon {}", report.coefficients, report.basis, report.epsilon);
+    let displacement = format!(
+        "max {:.3e}, rms {:.3e} (of the largest side: {:.5}, {:.5})",
+        d.max, d.rms, d.relative_max, d.relative_rms
+    );
+    let read_back = format!(
+        "log10 p = {:.1}; by the paper's test after noise of 0.2 % {:.1}",
+        report.log10_p, report.log10_p_after_noise
+    );
+    Table::new(format!("marked {} → {}", place.input.display(), place.output.display()))
+        .row("key", format!("{} (secret; keep it together with the original)", place.key.display()))
+        .row("mesh", format!("{} vertices, {} triangles", report.vertices, report.faces))
+        .row("mark", mark)
+        .row("displacement", displacement)
+        .row("normals", format!("turned by {:.2} degrees rms", d.normals_rms.to_degrees()))
+        .row("read back", read_back)
+        .row("seconds", format!("{:.2}", report.seconds.total()))
+        .rows("note", &report.warnings)
+}

@@ -1,0 +1,74 @@
+//! A folder of copies with the keys in its subfolder `keys`: making it, and what is there from an earlier run.
+
+use super::copy::Place;
+use crate::answer::Context;
+use crate::failure::Failure;
+use crate::files;
+use crate::terminal::complain;
+use sombrero::EmbedOptions;
+use sombrero::watermark::{Identity, Key, OriginalDigest, Parameters, Secret};
+use std::path::{Path, PathBuf};
+
+/// The folder and its `keys`, which is given back. Only the owner may look into that one.
+pub(super) fn make_folders(folder: &Path, context: &Context) -> Result<PathBuf, Failure> {
+    let keys = folder.join("keys");
+    files::make_folder(folder)?;
+    if files::make_private_folder(&keys)? && !context.quiet {
+        complain(&format!(
+            "{}: others could look into this folder of keys; now only you can",
+            keys.display()
+        ));
+    }
+    Ok(keys)
+}
+
+/// Whether this copy was made before: its key is there and was made for this original, identity and these parameters.
+/// A key gets its name after the copy is whole. Other files by these names are an error.
+pub(super) fn is_done(
+    options: &EmbedOptions,
+    place: &Place<'_>,
+    identity: &Identity,
+    original: &OriginalDigest,
+) -> Result<bool, Failure> {
+    if !(place.key.exists() && place.output.exists()) {
+        return Ok(false);
+    }
+    let key = files::read_key(place.key)?;
+    if key.identity == *identity && key.check_watermark(original).is_ok() && was_asked_for(options, &key) {
+        return Ok(true);
+    }
+    let message = format!(
+        "{}: was made for another file, owner or recipient, or with other parameters; choose another folder or give --force",
+        place.key.display()
+    );
+    Err(Failure::new("write", message))
+}
+
+/// A small mesh may have got fewer coefficients, and a limited displacement a smaller ε.
+fn was_asked_for(options: &EmbedOptions, key: &Key) -> bool {
+    let Parameters { basis, epsilon } = options.parameters;
+    let made = key.parameters;
+    let coefficients = match options.fewer_if_small {
+        false => made.basis.coefficients == basis.coefficients,
+        true => made.basis.coefficients <= basis.coefficients,
+    };
+    let strength =
+        if options.max_displacement.is_some() { made.epsilon <= epsilon } else { made.epsilon == epsilon };
+    coefficients
+        && strength
+        && made.basis.function == basis.function
+        && made.basis.amplitudes == basis.amplitudes
+}
+
+/// A copy's own secret: a new one, or one that follows from the given one, so that the key of one copy tells nothing about
+/// those of others.
+pub(super) fn own_secret(
+    given: Option<Secret>,
+    original: &OriginalDigest,
+    identity: &Identity,
+) -> Result<Secret, Failure> {
+    match given {
+        Some(given) => Ok(given.for_copy(original, identity)),
+        None => files::new_secret(),
+    }
+}
