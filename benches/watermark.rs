@@ -6,7 +6,7 @@ use sombrero::Model;
 use sombrero::basis::{Basis, BasisOptions};
 use sombrero::extraction::extract;
 use sombrero::mesh::Soup;
-use sombrero::watermark::{Identity, Secret, embed, watermark};
+use sombrero::watermark::{embed, gaussians};
 use sombrero_benches::over_sizes;
 use std::hint::black_box;
 
@@ -19,7 +19,7 @@ struct Case {
 
 fn case(soup: &Soup) -> Case {
     let basis = Model::new(soup).basis(&BasisOptions::default()).expect("large enough for 50 coefficients");
-    let w = watermark(b"bench", &Identity::default(), &Secret([0; 32]), 50);
+    let w = gaussians([0; 32], 50);
     let marked = embed(&soup.points, &basis, &w, 0.01).into_iter().map(Some).collect();
     Case { points: soup.points.clone(), basis, w, marked }
 }

@@ -11,7 +11,7 @@ use serde_json::Value;
 use sombrero::attacks::crop;
 use sombrero::io::{Document, Format, encode};
 use sombrero::shapes;
-use sombrero::{DetectOptions, Detector};
+use sombrero::{Claim, DetectOptions, Detector};
 use sombrero_report::{Evidence, FileHash, Record, Report, page};
 use sombrero_tests::{Workshop, document, marked};
 use std::fs::{self, File};
@@ -51,8 +51,10 @@ static PAGE: LazyLock<String> = LazyLock::new(|| {
     let detection = detector.detect(&detector.suspect(&suspect), &settings).unwrap();
     let file = || FileHash { path: HOSTILE.into(), sha256: "0123456789abcdef".repeat(4) };
     let evidence = Evidence::new(file(), file(), file(), detector.key(), settings);
+    let claim = Claim::new(detection.detected, detection.log10_p, detector.key(), None, &settings);
     page(&Report {
         detection: &detection,
+        claim: &claim,
         key: detector.key(),
         original: detector.model(),
         suspect: suspect.soup(),

@@ -345,9 +345,84 @@ fn an_authority_stamps_a_commitment() {
     // A stamped key is a key like any other.
     let found = workshop.line("detect marked.obj --original vase.obj --key vase.key -q");
     assert_eq!(found.text(), "");
+    // Whom that convinces depends on who vouches for the timestamp.
+    let claim = |more: &str| {
+        let found =
+            workshop.line(&format!("detect marked.obj --original vase.obj --key vase.key --json {more}"));
+        found.json()["claim"].clone()
+    };
+    let (trusted, told) = (claim("--ca root.pem"), claim(""));
+    assert_eq!((&trusted["trusted"], &told["trusted"]), (&json!(true), &json!(false)));
+    assert!(trusted["committed_at"].is_string() && trusted["committed_at"] == told["committed_at"], "{told}");
+    assert_eq!((&trusted["key_version"], &trusted["convinces"]), (&json!(2), &json!("anybody")));
+    let p = |claim: &Value| claim["log10_p_claimant"].as_f64().unwrap();
+    assert!((p(&told) - p(&trusted) - 14.0).abs() < 1e-9, "{told}");
     // The token of another key's commitment does not fit.
     workshop.line("embed vase.obj -o second.obj --key second.key --owner B --secret-file secret -q").text();
     let strange = workshop.line("commit vase.obj --key second.key --token vase.key.tsr");
     assert_eq!(strange.status, Some(2), "{}", strange.stdout);
     assert!(strange.stderr.starts_with("sombrero: vase.key.tsr: "), "{}", strange.stderr);
+}
+
+/// `commit --keys`: what stands in docs/owners.md.
+#[test]
+fn one_timestamp_serves_a_folder_of_keys() {
+    let version = Command::new("openssl").arg("version").output();
+    if !version.is_ok_and(|version| version.stdout.starts_with(b"OpenSSL 3")) {
+        eprintln!("left out: there is no OpenSSL 3 on the path");
+        return;
+    }
+    let workshop = workshop();
+    make_authority(&workshop);
+    workshop.write("list.csv", "recipient\nA\nB\nC\n");
+    workshop.line("embed vase.obj --recipients list.csv --out-dir shop --secret-file secret -q").text();
+    let committed = workshop.line("commit vase.obj --keys shop/keys --json").json();
+    assert_eq!((&committed["keys"], &committed["request"]), (&json!(3), &json!("shop/keys.tsq")));
+    let again = workshop.line("commit vase.obj --keys shop/keys");
+    assert_eq!(again.status, Some(2), "{}", again.stdout);
+    assert!(again.stderr.contains("waits for a timestamp"), "{}", again.stderr);
+    openssl(&workshop, "ts -reply -config settings -queryfile shop/keys.tsq -out shop/keys.tsr");
+    let store = "commit vase.obj --keys shop/keys --token shop/keys.tsr --ca root.pem";
+    assert!(workshop.line(store).text().contains("\n  fingerprint   SHA-256 "));
+
+    for name in ["a", "b", "c"] {
+        let verify = format!("verify shop/keys/vase-{name}.key --original vase.obj --ca root.pem --json");
+        assert_eq!(workshop.line(&verify).json()["timestamp"]["trusted"], json!(true), "{name}");
+    }
+    let trace = "trace shop/vase-b.obj --original vase.obj --keys shop/keys --ca root.pem --json";
+    let named = &workshop.line(trace).json()["recipients"][0];
+    assert_eq!((&named["recipient"], &named["claim"]["convinces"]), (&json!("B"), &json!("anybody")));
+
+    // Without the program: the commitment, then its siblings, as docs/evidence.md has it.
+    let key: Value = serde_json::from_slice(&workshop.read("shop/keys/vase-a.key")).unwrap();
+    workshop.line("commit vase.obj --key shop/keys/vase-a.key --statement opened -o other.tsq -q").text();
+    let script = "set -e
+        node=$({ printf '\\000'; openssl dgst -sha256 -binary opened; } | openssl dgst -sha256 -r | cut -d ' ' -f 1)
+        for step in $1; do
+            side=${step%%:*}; sibling=${step#*:}
+            if [ $side = left ]; then pair=$sibling$node; else pair=$node$sibling; fi
+            node=$(printf 01$pair | xxd -r -p | openssl dgst -sha256 -r | cut -d ' ' -f 1)
+        done
+        echo $node";
+    let steps: Vec<String> = key["path"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|step| step.as_object().unwrap())
+        .map(|(side, sibling)| format!("{side}:{}", sibling.as_str().unwrap()))
+        .collect();
+    let ran = Command::new("sh")
+        .args(["-c", script, "sh", &steps.join(" ")])
+        .current_dir(workshop.path(""))
+        .output()
+        .unwrap();
+    assert_eq!(String::from_utf8(ran.stdout).unwrap().trim(), committed["digest"].as_str().unwrap());
+
+    // A path that was made up leads to another root.
+    let mut forged = key.clone();
+    forged["path"][0] = json!({ "left": "00".repeat(32) });
+    workshop.write("forged.key", forged.to_string());
+    let refused = workshop.line("verify forged.key --original vase.obj --ca root.pem");
+    assert_eq!((refused.status, refused.stdout.as_str()), (Some(2), ""), "{}", refused.stderr);
+    assert!(refused.stderr.contains("the token is for another digest"), "{}", refused.stderr);
 }

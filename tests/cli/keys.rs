@@ -61,16 +61,17 @@ fn a_damaged_key_is_refused() {
             (text[..last].trim_end().trim_end_matches(',').to_owned() + "\n  ]\n}\n").into_bytes(),
             &["watermark", "199"],
         ),
-        ("later.key", text.replace("\"version\": 1", "\"version\": 2").into_bytes(), &["version 2"]),
-        ("versionless.key", text.replace("\"version\": 1", "\"version\": -1").into_bytes(), &["key"]),
+        ("later.key", text.replace("\"version\": 2", "\"version\": 3").into_bytes(), &["version 3"]),
+        ("former.key", text.replace("\"version\": 2", "\"version\": 1").into_bytes(), &["version 1", "anew"]),
+        ("versionless.key", text.replace("\"version\": 2", "\"version\": -2").into_bytes(), &["key"]),
         (
             "extra.key",
-            text.replace("\"version\": 1", "\"version\": 1, \"colour\": 3").into_bytes(),
+            text.replace("\"version\": 2", "\"version\": 2, \"colour\": 3").into_bytes(),
             &["colour"],
         ),
         (
             "twice.key",
-            text.replace("\"version\": 1", "\"version\": 1, \"version\": 1").into_bytes(),
+            text.replace("\"version\": 2", "\"version\": 2, \"version\": 2").into_bytes(),
             &["version"],
         ),
         (
@@ -108,12 +109,12 @@ fn a_hand_edited_key_is_refused() {
     let mut w = key["watermark"].clone();
     w[7] = (w[7].as_f64().unwrap() + 1e-9).into();
     for (name, file, words) in [
-        ("epsilon.key", edited("epsilon", 0.011.into()), &["strength"][..]),
+        ("epsilon.key", edited("epsilon", 0.011.into()), &["watermark", "edited"][..]),
         ("watermark.key", edited("watermark", w), &["coefficient 7", "edited"]),
         ("owner.key", edited("owner", "Mallory".into()), &["watermark", "edited"]),
         ("recipient.key", edited("recipient", "Mallory".into()), &["watermark", "edited"]),
-        ("basis.key", edited("basis", "hat".into()), &["basis", "edited"]),
-        ("digest.key", edited("basis_sha256", "00".repeat(32).into()), &["basis"]),
+        ("basis.key", edited("basis", "hat".into()), &["watermark", "edited"]),
+        ("digest.key", edited("basis_sha256", "00".repeat(32).into()), &["watermark", "edited"]),
         ("hash.key", edited("original_sha256", "00".repeat(32).into()), &["another original"]),
         ("secret.key", edited("secret", "00".repeat(32).into()), &["watermark", "edited"]),
     ] {

@@ -1,6 +1,6 @@
 //! Inputs that are no mesh, and meshes that cannot carry a mark.
 
-use crate::shared::{arguments, refused, workshop};
+use crate::shared::{arguments, assert_holds, refused, workshop};
 use sombrero::io::{Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
@@ -226,12 +226,20 @@ fn a_mesh_that_is_too_small_says_how_many_coefficients_it_could_carry() {
         workshop.write(name, encode(Format::Obj, &soup).unwrap());
         let info = workshop.line(&format!("info {name} --json")).json();
         let capacity = info["capacity"].as_u64().unwrap();
-        assert!(capacity < 50 && info["markable"] == false, "{info}");
+        assert!(capacity < 50, "{info}");
+        assert_eq!(info["markable"], capacity >= 16, "{info}");
+        let embed = format!("embed {name} -o {name}.out.obj --key {name}.out.key");
+        if capacity >= 16 {
+            let few = format!("{capacity} coefficients");
+            assert_holds(workshop.line(&embed).text(), &["mark", &few, "small", "16"]);
+        } else {
+            let words = [name, "coefficients", &format!("can carry {capacity} "), "16"];
+            refused(&workshop, &arguments(&embed), &words);
+        }
         let words = [name, "coefficients", &format!("can carry {capacity} "), "50"];
-        refused(&workshop, &arguments(&format!("embed {name} -o out.obj --key out.key")), &words);
         let attack = arguments(&format!("attack {name} -o out.obj watermark"));
         refused(&workshop, &attack, &words);
-        if capacity >= 10 {
+        if capacity >= 16 {
             // What it says it can carry, it carries; one more, and it does not.
             let embed = |n: u64| format!("embed {name} -o {n}.obj --key {n}.key --coefficients {n}");
             refused(&workshop, &arguments(&embed(capacity + 1)), &words[..3]);

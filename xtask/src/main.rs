@@ -7,7 +7,7 @@ mod upkeep;
 
 use clap::{Parser, Subcommand};
 use experiments::{
-    alignment, benchmark, calibrate, collusion, figures, peers, presets, roc, scaling, tables,
+    alignment, benchmark, calibrate, collusion, figures, forgery, peers, presets, roc, scaling, tables,
 };
 use std::path::PathBuf;
 use upkeep::{ci, hostile, models, package, tidy};
@@ -39,6 +39,8 @@ enum Verb {
     Collusion(collusion::Collusion),
     /// Redraw Figures 1, 2, 4 and 5.
     Figures(figures::Figures),
+    /// Try ten million keys on a mesh that none of them marked, and say what a try costs.
+    Forgery(forgery::Forgery),
     /// Feed every reader with mutated files and see that none panics, hangs or takes much memory.
     Hostile(hostile::Hostile),
     /// Fetch the paper's models, or check those that are there.
@@ -70,6 +72,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Calibrate(args) => calibrate::run(&args, &folder),
         Verb::Ci => ci::run(&folder),
         Verb::Figures(args) => figures::run(&args, &folder),
+        Verb::Forgery(args) => forgery::run(&args),
         Verb::Collusion(args) => collusion::run(&args, &folder),
         Verb::Hostile(args) => hostile::run(&args),
         Verb::Models(args) => models::run(&args, &folder),

@@ -9,7 +9,7 @@ use rand::{Rng, RngExt};
 use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_mesh::{Soup, repair};
 use sombrero_progressive::ProgressiveMesh;
-use sombrero_watermark::{Identity, Parameters, Preset, Secret, embed, watermark};
+use sombrero_watermark::{Parameters, Preset, embed, gaussians};
 
 /// How strong the second mark is; the default is the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,10 +33,10 @@ pub fn second_watermark<R: Rng + ?Sized>(
     mark: &SecondMark,
     rng: &mut R,
 ) -> Result<Vec<Point3<f64>>, BasisError> {
-    let Parameters { basis: options, epsilon } = mark.parameters;
-    let secret = Secret(rng.random());
+    let Parameters { basis: options, epsilon, .. } = mark.parameters;
+    let seed = rng.random();
     let basis = basis_of(soup, &options)?;
-    let w = watermark(b"", &Identity::default(), &secret, options.coefficients);
+    let w = gaussians(seed, options.coefficients);
     Ok(embed(&soup.points, &basis, &w, epsilon))
 }
 
@@ -64,7 +64,7 @@ impl Operation for SecondMark {
     }
 
     fn parameters(&self) -> Vec<(&'static str, String)> {
-        let Parameters { basis, epsilon } = self.parameters;
+        let Parameters { basis, epsilon, .. } = self.parameters;
         let same = |preset: &&Preset| preset.parameters().basis.amplitudes == basis.amplitudes;
         let preset = Preset::ALL.iter().find(same).copied().unwrap_or_default();
         vec![
@@ -76,7 +76,7 @@ impl Operation for SecondMark {
     }
 
     fn apply<R: Rng + ?Sized>(&self, soup: &Soup, rng: &mut R) -> Result<Attacked, AttackError> {
-        let Parameters { basis, epsilon } = self.parameters;
+        let Parameters { basis, epsilon, .. } = self.parameters;
         in_range("epsilon", epsilon, (f64::MIN_POSITIVE, 1.0), "above 0 and at most 1")?;
         in_range("coefficients", basis.coefficients as f64, (4.0, f64::MAX), "at least 4")?;
         Ok(Attacked::moved(soup, second_watermark(soup, self, rng)?))

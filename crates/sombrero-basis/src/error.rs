@@ -16,9 +16,9 @@ pub enum BasisError {
     },
 }
 
-/// A mark takes at least four coefficients.
+/// A key has at least 16 coefficients.
 fn cure(available: usize) -> &'static str {
-    if available < 4 { "use a finer mesh, with some relief" } else { "ask for fewer or use a finer mesh" }
+    if available < 16 { "use a finer mesh, with some relief" } else { "ask for fewer or use a finer mesh" }
 }
 
 /// Why parts make no basis.

@@ -8,6 +8,7 @@ mod cli;
 mod commands;
 mod failure;
 mod files;
+mod key_folder;
 mod progress;
 mod table;
 mod terminal;

@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::table::Table;
 use serde::Serialize;
+use sombrero::Commitment;
 use sombrero::watermark::Key;
 use sombrero_timestamp::{Token, TrustAnchors, Verified};
 use std::path::Path;
@@ -32,6 +33,11 @@ struct Authority {
 }
 
 impl Stamp {
+    /// What it says of the key.
+    pub(crate) fn commitment(&self) -> Commitment {
+        Commitment { time: self.time.clone(), trusted: self.trusted }
+    }
+
     /// For people.
     pub(crate) fn rows(&self) -> Table {
         let Self { time, signer, serial, .. } = self;
@@ -76,5 +82,5 @@ pub(crate) fn check(
 
 /// The token that a key holds, checked; `path` is the key's.
 pub(crate) fn of_key(path: &Path, key: &Key, anchors: &TrustAnchors) -> Result<Option<Stamp>, Failure> {
-    key.timestamp.as_ref().map(|token| check(path, token, &key.commitment(), anchors)).transpose()
+    key.timestamp.as_ref().map(|token| check(path, token, &key.stamped(), anchors)).transpose()
 }

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use sombrero::DetectOptions;
-use sombrero::watermark::Key;
+use sombrero::io::Document;
+use sombrero::watermark::{Key, OriginalDigest};
 
 /// The program that makes reports, and its version.
 pub const PROGRAM: &str = concat!("sombrero ", env!("CARGO_PKG_VERSION"));
@@ -45,6 +46,11 @@ impl FileHash {
     /// The hash of `content` under a name.
     pub fn new(path: impl Into<String>, content: &[u8]) -> Self {
         Self { path: path.into(), sha256: hex::encode(Sha256::digest(content)) }
+    }
+
+    /// The hash of a mesh with all files that belong to it, as keys have that of their original.
+    pub fn of_mesh(path: impl Into<String>, mesh: &Document) -> Self {
+        Self { path: path.into(), sha256: hex::encode(OriginalDigest::of(mesh.parts()).sha256()) }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::evidence::Evidence;
 use crate::report::Report;
 use serde::Serialize;
 use serde_json::Value;
-use sombrero::Detection;
+use sombrero::{Claim, Detection};
 
 /// The fields of a record.
 #[derive(Serialize)]
@@ -16,15 +16,17 @@ struct Fields<'a> {
     suspect: &'a str,
     #[serde(flatten)]
     detection: &'a Detection,
+    claim: &'a Claim,
     prepared: bool,
     #[serde(flatten)]
     evidence: &'a Evidence,
 }
 
-/// A report as one JSON object: the fields of [`Detection`] and of [`Evidence`], `suspect` (its name) and `prepared`.
+/// A report as one JSON object: the fields of [`Detection`] and of [`Evidence`], `claim`,
+/// `suspect` (its name) and `prepared`.
 pub fn record(report: &Report<'_>) -> Value {
-    let Report { detection, prepared, evidence, .. } = *report;
-    let fields = Fields { suspect: &evidence.files.suspect.path, detection, prepared, evidence };
+    let Report { detection, claim, prepared, evidence, .. } = *report;
+    let fields = Fields { suspect: &evidence.files.suspect.path, detection, claim, prepared, evidence };
     // Only numbers, texts and lists, under names: there is nothing that JSON cannot hold.
     serde_json::to_value(fields).unwrap_or_default()
 }

@@ -10,8 +10,8 @@ use sombrero::watermark::Key;
 use sombrero::{DetectError, Detector};
 
 /// What a report says of itself rather than of the files, or what differs from run to run.
-const NOT_FIGURES: [&str; 8] =
-    ["seconds", "warnings", "prepared", "program", "files", "settings", "suspect", "report"];
+const NOT_FIGURES: [&str; 9] =
+    ["claim", "seconds", "warnings", "prepared", "program", "files", "settings", "suspect", "report"];
 
 /// The result of a replay.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +55,7 @@ pub fn replay(
     key: Key,
 ) -> Result<Replay, DetectError> {
     let named = &record.evidence.files;
-    let hash = |document: &Document| FileHash::new("", &document.content()).sha256;
+    let hash = |document: &Document| FileHash::of_mesh("", document).sha256;
     let checks = [
         ("files.suspect.sha256", &named.suspect.sha256, hash(suspect)),
         ("files.original.sha256", &named.original.sha256, hash(original)),

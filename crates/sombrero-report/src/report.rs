@@ -3,13 +3,15 @@
 use crate::evidence::Evidence;
 use sombrero::mesh::Soup;
 use sombrero::watermark::Key;
-use sombrero::{Detection, Model};
+use sombrero::{Claim, Detection, Model};
 
 /// A detection and all that is said of it. Lengths are in model units.
 #[derive(Debug, Clone, Copy)]
 pub struct Report<'a> {
     /// The answer of the detection.
     pub detection: &'a Detection,
+    /// Whom that convinces.
+    pub claim: &'a Claim,
     /// The key that was looked for. Its secret does not appear, but the page shows its coefficients.
     pub key: &'a Key,
     /// The original, in whose coordinates [`Detection::found`] tells where its points are.

@@ -3,7 +3,8 @@
 //! secret = SHA-256(tag, owner's secret, SHA-256 of the original, owner, recipient), each part with its length (64 bits,
 //! little-endian) in front. The key of one copy then tells nothing about the keys of the others.
 
-use crate::sequence::{Identity, OriginalDigest, Secret, hash_part};
+use crate::original::OriginalDigest;
+use crate::sequence::{Identity, Secret, hash_part};
 use sha2::{Digest, Sha256};
 
 /// Changes whenever the derivation does.
@@ -34,7 +35,7 @@ mod tests {
     /// A run that was broken off must go on with the same secrets, in any version.
     #[test]
     fn the_derivation_is_pinned() {
-        let secret = Secret([7; 32]).for_copy(&OriginalDigest::of(b"original"), &identity());
+        let secret = Secret([7; 32]).for_copy(&OriginalDigest::of_file(b"original"), &identity());
         assert_eq!(secret.to_hex(), GOLDEN);
     }
 
@@ -42,12 +43,12 @@ mod tests {
 
     #[test]
     fn every_part_changes_the_secret() {
-        let file = OriginalDigest::of(b"original");
+        let file = OriginalDigest::of_file(b"original");
         let one = Secret([7; 32]).for_copy(&file, &identity());
         // The lengths in front keep texts from running into each other.
         let shifted = Identity { owner: "AliceB".into(), recipient: "ob".into() };
         assert_ne!(one, Secret([8; 32]).for_copy(&file, &identity()));
-        assert_ne!(one, Secret([7; 32]).for_copy(&OriginalDigest::of(b"originaL"), &identity()));
+        assert_ne!(one, Secret([7; 32]).for_copy(&OriginalDigest::of_file(b"originaL"), &identity()));
         assert_ne!(one, Secret([7; 32]).for_copy(&file, &shifted));
     }
 }

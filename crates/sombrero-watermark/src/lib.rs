@@ -2,12 +2,20 @@
 
 mod commitment;
 mod copy_secret;
+mod derivation;
 mod embedding;
+mod hash_tree;
 mod key;
+mod key_file;
+mod original;
 mod parameters;
 mod sequence;
 
+pub use derivation::Derivation;
 pub use embedding::{Distortion, embed, normal_change};
-pub use key::{Key, KeyError, Mismatch};
-pub use parameters::{Parameters, Preset, UnknownPreset};
-pub use sequence::{Identity, OriginalDigest, Secret, SecretError, watermark};
+pub use hash_tree::{Path, Sibling, hash_tree};
+pub use key::{Key, Mismatch};
+pub use key_file::{KEY_VERSION, KeyError};
+pub use original::OriginalDigest;
+pub use parameters::{COEFFICIENTS, EPSILONS, Parameters, Preset, UnknownPreset};
+pub use sequence::{Identity, Secret, SecretError, gaussians};

@@ -2,17 +2,30 @@
 
 use sombrero_basis::{Amplitudes, BasisFunction, BasisOptions};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 use thiserror::Error;
 
 /// How a mark is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
+    /// The preset that they are, at most with fewer coefficients or a smaller ε as the mesh or a limit asked for; `None`
+    /// when somebody chose them.
+    pub preset: Option<Preset>,
     /// m, the profile of the basis functions and how they share the energy.
     pub basis: BasisOptions,
     /// ε, the strength: coefficient 1 moves its centre by ε times its function's amplitude.
     pub epsilon: f64,
 }
+
+/// What a key can have. With fewer coefficients than these even a perfect copy proves little; with more a key of somebody
+/// else is a burden.
+pub const COEFFICIENTS: RangeInclusive<usize> = 16..=65_536;
+
+/// What a key can have. Below, a mark is lost in the digits of any file (features of a hundredth of the model would move by
+/// 1e-7 of it), and a key is made to play with the limits of arithmetic; above, every feature moves by a tenth of its
+/// height.
+pub const EPSILONS: RangeInclusive<f64> = 1e-5..=0.1;
 
 impl Default for Parameters {
     /// Those of the default preset.
@@ -46,7 +59,7 @@ impl Preset {
             Self::Paper => (50, Amplitudes::Heights, 0.01),
         };
         let basis = BasisOptions { coefficients, function: BasisFunction::Sombrero, amplitudes };
-        Parameters { basis, epsilon }
+        Parameters { preset: Some(self), basis, epsilon }
     }
 
     /// The name on the command line.

@@ -1,10 +1,4 @@
-//! The watermark w: standard Gaussian numbers that follow from the original and a secret (the paper,
-//! section 4, non-invertible as it asks).
-//!
-//! seed = SHA-256(tag, original file, owner, recipient, secret), each part with its length (64 bits,
-//! little-endian) in front; w = the first m standard normal numbers that ChaCha20 draws from this seed, by
-//! the ziggurat method, rounded to multiples of 2⁻⁴⁰. The rounding hides the last bits of the logarithm
-//! that numbers beyond ±3.65 come from, which may differ between machines.
+//! The numbers of a watermark, and what they are made from.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha20Rng;
@@ -12,9 +6,6 @@ use rand_distr::{Distribution, StandardNormal};
 use sha2::{Digest, Sha256};
 use std::fmt;
 use thiserror::Error;
-
-/// Changes whenever the sequence does.
-const TAG: &[u8] = b"sombrero watermark 1";
 
 /// 256 secret bits. Never shown by `Debug`.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -57,54 +48,22 @@ pub struct Identity {
     pub recipient: String,
 }
 
-/// What watermarks and keys take from the bytes of an original: read once, for any number of copies.
-#[derive(Clone)]
-pub struct OriginalDigest {
-    sha256: [u8; 32],
-    /// Tag and original are hashed; texts and secret are to come.
-    seed: Sha256,
-}
-
-impl OriginalDigest {
-    /// Hashes the original file.
-    pub fn of(original: &[u8]) -> Self {
-        let mut seed = Sha256::new();
-        hash_part(&mut seed, TAG);
-        hash_part(&mut seed, original);
-        Self { sha256: Sha256::digest(original).into(), seed }
-    }
-
-    /// SHA-256 of the original file.
-    pub fn sha256(&self) -> [u8; 32] {
-        self.sha256
-    }
-
-    /// The first `coefficients` numbers of the watermark that belongs to the original, these texts and this secret.
-    pub fn watermark(&self, identity: &Identity, secret: &Secret, coefficients: usize) -> Vec<f64> {
-        let mut seed = self.seed.clone();
-        for part in [identity.owner.as_bytes(), identity.recipient.as_bytes(), &secret.0] {
-            hash_part(&mut seed, part);
-        }
-        let mut rng = ChaCha20Rng::from_seed(seed.finalize().into());
-        let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
-        (0..coefficients).map(|_| rounded(draw())).collect()
-    }
-}
-
-impl fmt::Debug for OriginalDigest {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "OriginalDigest({})", hex::encode(self.sha256))
-    }
-}
-
+/// With its length in front (64 bits, little-endian), so that parts cannot run into each other.
 pub(crate) fn hash_part(hash: &mut Sha256, part: &[u8]) {
     hash.update((part.len() as u64).to_le_bytes());
     hash.update(part);
 }
 
-/// [`OriginalDigest::watermark`] for those who need a single one.
-pub fn watermark(original: &[u8], identity: &Identity, secret: &Secret, coefficients: usize) -> Vec<f64> {
-    OriginalDigest::of(original).watermark(identity, secret, coefficients)
+/// The first `count` standard normal numbers that ChaCha20 draws from this seed, by the ziggurat method, rounded to
+/// multiples of 2⁻⁴⁰. The rounding hides the last bits of the logarithm that numbers beyond ±3.65 come from, which may
+/// differ between machines.
+///
+/// The watermark of a key has a seed that costs something and binds the key ([`Derivation`](crate::Derivation)); this
+/// function is also for marks that are nobody's, and for experiments.
+pub fn gaussians(seed: [u8; 32], count: usize) -> Vec<f64> {
+    let mut rng = ChaCha20Rng::from_seed(seed);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
+    (0..count).map(|_| rounded(draw())).collect()
 }
 
 fn rounded(x: f64) -> f64 {
@@ -116,47 +75,25 @@ fn rounded(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn identity() -> Identity {
-        Identity { owner: "Alice".into(), recipient: "Bob".into() }
-    }
-
     #[test]
     fn the_sequence_is_pinned() {
-        let w = watermark(b"original", &identity(), &Secret([7; 32]), 6);
-        assert_eq!(w, GOLDEN);
-        assert_eq!(watermark(b"original", &identity(), &Secret([7; 32]), 3), GOLDEN[..3]);
+        assert_eq!(gaussians([7; 32], 6), GOLDEN);
+        assert_eq!(gaussians([7; 32], 3), GOLDEN[..3]);
     }
 
     const GOLDEN: [f64; 6] = [
-        0.13786004921712447,
-        -1.532928155488662,
-        -1.0106790011195699,
-        1.0377376846709012,
-        -1.5167794995850272,
-        -0.6870750261159628,
+        -0.27496608560250024,
+        -0.31666677343855554,
+        -0.4583096026917701,
+        1.7221808645435885,
+        -1.444729331416056,
+        -0.09149687948956853,
     ];
-
-    #[test]
-    fn every_part_changes_the_sequence() {
-        let secret = Secret([7; 32]);
-        let one = watermark(b"original", &identity(), &secret, 4);
-        // The lengths in front keep texts from running into each other.
-        let shifted = Identity { owner: "AliceB".into(), recipient: "ob".into() };
-        let mut other_secret = secret;
-        other_secret.0[31] ^= 1;
-        for other in [
-            watermark(b"originaL", &identity(), &secret, 4),
-            watermark(b"original", &shifted, &secret, 4),
-            watermark(b"original", &identity(), &other_secret, 4),
-        ] {
-            assert!(one.iter().zip(&other).all(|(a, b)| a != b));
-        }
-    }
 
     #[test]
     fn numbers_are_standard_gaussian() {
         let n = 100_000;
-        let w = watermark(b"", &Identity::default(), &Secret([1; 32]), n);
+        let w = gaussians([1; 32], n);
         let moment = |k: i32| w.iter().map(|x| x.powi(k)).sum::<f64>() / n as f64;
         // Standard errors of the first four moments: sqrt(1, 2, 15, 96) / sqrt(n).
         for (k, expected, error) in [(1, 0.0, 1.0), (2, 1.0, 2.0), (3, 0.0, 15.0), (4, 3.0, 96.0)] {

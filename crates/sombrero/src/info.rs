@@ -7,6 +7,7 @@ use sombrero_mesh::repair::{Repaired, Report};
 use sombrero_mesh::{geometry, topology};
 use sombrero_progressive::ProgressiveMesh;
 use sombrero_search::Model;
+use sombrero_watermark::COEFFICIENTS;
 
 /// Counts, topology, size and attributes of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -117,7 +118,7 @@ pub fn info(document: &Document) -> Info {
         area,
         volume,
         attributes: document.attributes().to_vec(),
-        markable: capacity >= usual && document.fixed().is_none(),
+        markable: capacity >= *COEFFICIENTS.start() && document.fixed().is_none(),
         capacity,
         warnings,
     }
@@ -130,16 +131,17 @@ fn capacity(repaired: &Repaired) -> usize {
 }
 
 fn too_small(capacity: usize, usual: usize) -> String {
-    match capacity {
-        0..4 => format!(
-            "The mesh cannot be marked: it can carry {capacity} coefficients, and {usual} are usual. \
-             It has too few vertices or no relief."
-        ),
-        _ => format!(
-            "The mesh is too small for the usual {usual} coefficients; it can carry {capacity} \
-             (--coefficients {capacity}), which proves less."
-        ),
+    let least = COEFFICIENTS.start();
+    if capacity < *least {
+        return format!(
+            "The mesh cannot be marked: it can carry {capacity} coefficients, and {least} are the least that prove \
+             something. It has too few vertices or no relief."
+        );
     }
+    format!(
+        "The mesh is small: it can carry {capacity} coefficients, which `embed` takes; fewer than {usual} prove \
+         little after an attack."
+    )
 }
 
 /// The mends that gave a manifold, one sentence each. The file itself keeps all of it.

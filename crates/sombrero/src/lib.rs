@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod attack;
+mod claim;
 mod compare;
 mod detect;
 mod embed;
@@ -9,6 +10,7 @@ mod prepared_basis;
 mod trace;
 
 pub use attack::{AttackFileError, AttackedFile, attack};
+pub use claim::{CONVINCING, Claim, Commitment, Convinces, TRIES};
 pub use compare::{CompareError, Comparison, compare};
 pub use detect::{
     Alignment, DetectError, DetectOptions, Detection, Detector, FLOORS, Method, Test, Variant, detect,

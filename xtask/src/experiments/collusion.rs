@@ -11,7 +11,7 @@ use sombrero::attacks::{apply_all, parse_list};
 use sombrero::basis::BasisOptions;
 use sombrero::io::{Document, Format, Rewrite, encode};
 use sombrero::mesh::Soup;
-use sombrero::watermark::{Identity, Key, Parameters, Secret};
+use sombrero::watermark::{Derivation, Identity, Key, Parameters, Secret};
 use sombrero::{DetectOptions, Embedder, Trace, Tracer};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Collusion, folder: &Path) -> anyhow::Result<()> {
             let basis = BasisOptions { coefficients, ..usual.basis };
             // As far as the usual mark moves vertices: the energy is shared by twice as many.
             let epsilon = usual.epsilon * (usual.basis.coefficients as f64 / coefficients as f64).sqrt();
-            let shop = Shop::new(&document, Parameters { basis, epsilon }, args.buyers)?;
+            let shop = Shop::new(&document, Parameters { preset: None, basis, epsilon }, args.buyers)?;
             for (attack, specs) in ATTACKS {
                 for leakers in COUNTS.into_iter().filter(|&count| count <= args.buyers) {
                     let cell = shop.cell(model, attack, specs, leakers, args.runs)?;
@@ -102,13 +102,14 @@ struct Shop<'a> {
 
 impl<'a> Shop<'a> {
     fn new(document: &'a Document, parameters: Parameters, buyers: usize) -> anyhow::Result<Self> {
-        let embedder = Embedder::new(document, parameters, false)?;
+        let stub = Derivation::stub_for_experiments();
+        let embedder = Embedder::new(document, parameters, false)?.with_derivation(stub);
         let mut rng = ChaCha8Rng::seed_from_u64(7);
         let buyer =
             |i| (Identity { owner: String::new(), recipient: format!("buyer {i}") }, Secret(rng.random()));
         let buyers: Vec<(Identity, Secret)> = (0..buyers).map(buyer).collect();
         let keys: Vec<Key> = buyers.iter().map(|(who, secret)| embedder.key(who.clone(), *secret)).collect();
-        let (tracer, rejected) = Tracer::new(document, keys)?;
+        let (tracer, rejected) = Tracer::trusting(document, keys)?;
         anyhow::ensure!(rejected.is_empty(), "a key of our own was rejected");
         Ok(Self { embedder, tracer, buyers, triangles: document.triangles() })
     }

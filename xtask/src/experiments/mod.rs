@@ -7,6 +7,7 @@ pub(crate) mod calibrate;
 mod case;
 pub(crate) mod collusion;
 pub(crate) mod figures;
+pub(crate) mod forgery;
 pub(crate) mod peers;
 mod plot;
 pub(crate) mod presets;

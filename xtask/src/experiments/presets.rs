@@ -98,8 +98,9 @@ fn line(
     paper: [f64; 2],
     runs: u64,
 ) -> anyhow::Result<Option<Line>> {
-    let Parameters { basis, epsilon } = Preset::Paper.parameters();
-    let at = |epsilon| Parameters { basis: BasisOptions { coefficients, amplitudes, ..basis }, epsilon };
+    let Parameters { basis, epsilon, .. } = Preset::Paper.parameters();
+    let basis = BasisOptions { coefficients, amplitudes, ..basis };
+    let at = |epsilon| Parameters { preset: None, basis, epsilon };
     let usual = match marked(document, &at(epsilon), runs) {
         Err(error) if error.downcast_ref::<BasisError>().is_some() => return Ok(None),
         other => distortion(&other?)?,

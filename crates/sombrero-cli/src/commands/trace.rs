@@ -4,12 +4,13 @@ use crate::answer::{Answer, Context};
 use crate::args::Steps;
 use crate::failure::Failure;
 use crate::files;
+use crate::key_folder::{KeyFolder, Skipped, no_keys};
 use crate::progress::Progress;
 use crate::table::Table;
 use crate::terminal::visible;
+use crate::timestamp::{self, Stamp};
 use serde::Serialize;
-use sombrero::watermark::{Key, KeyError};
-use sombrero::{Alignment, DetectError, Named, SearchError, Stages, Trace, Tracer};
+use sombrero::{Alignment, Claim, DetectError, Named, SearchError, Stages, Trace, Tracer};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -24,15 +25,12 @@ pub(crate) struct Args {
     /// The folder with the keys of all copies.
     #[arg(long, value_name = "DIR")]
     keys: PathBuf,
+    /// Certificates (PEM) of the timestamping authorities that you trust, for the timestamps in the keys.
+    #[arg(long, value_name = "FILE")]
+    ca: Option<PathBuf>,
     #[command(flatten)]
     steps: Steps,
 }
-
-/// The number of keys that were left out which are shown to people.
-const MOST_SHOWN: usize = 5;
-
-/// Folders below the folder of keys are looked into this deep.
-const DEEPEST: usize = 8;
 
 /// For programs.
 #[derive(Serialize)]
@@ -57,20 +55,16 @@ struct Recipient {
     log10_p: f64,
     correlation: f64,
     beside_others: bool,
-}
-
-/// A key that took no part.
-#[derive(Serialize)]
-struct Skipped {
-    key: String,
-    reason: String,
+    /// Whom it convinces; only of those who are named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    claim: Option<Claim>,
 }
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     files::check_outputs(&[], &[&args.suspect, &args.original], false)?;
     let _progress = Progress::new(format!("tracing {}", args.suspect.display()));
     let start = Instant::now();
-    let Keys { paths, keys, mut skipped } = read_keys(&args.keys)?;
+    let KeyFolder { paths, keys, mut skipped } = KeyFolder::read(&args.keys)?;
     let recipients: Vec<String> = keys.iter().map(|key| key.identity.recipient.clone()).collect();
     let original = files::read_mesh(&args.original, context.limits)?;
     let suspect = files::read_mesh(&args.suspect, context.limits)?;
@@ -85,16 +79,24 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     };
     let (tracer, rejected) = Tracer::new(&original, keys).map_err(|e| failed(&e))?;
     drop(original);
-    skipped.extend(
-        rejected.iter().map(|r| Skipped { key: shown(&paths[r.index]), reason: r.reason.to_string() }),
-    );
+    skipped.extend(rejected.iter().map(|r| Skipped::new(&paths[r.index], &r.reason)));
     if tracer.is_empty() {
         return Err(no_keys(&args.keys, &skipped));
     }
     let preparation = ("preparation", start.elapsed().as_secs_f64());
-    let mut trace = tracer.trace(&suspect, &args.steps.options()).map_err(|e| failed(&e))?;
+    let options = args.steps.options();
+    let mut trace = tracer.trace(&suspect, &options).map_err(|e| failed(&e))?;
     trace.seconds.0.insert(0, preparation);
-    let report = report(trace, &tracer, &paths, &recipients, skipped);
+    skipped.extend(trace.rejected.iter().map(|r| Skipped::new(&paths[r.index], &r.reason)));
+    let anchors = timestamp::anchors(args.ca.as_deref())?;
+    let mut claims = Vec::new();
+    for named in trace.recipients.iter().filter(|named| named.named) {
+        let key = tracer.key(named.index);
+        let stamp = timestamp::of_key(&paths[named.index], key, &anchors)?;
+        let commitment = stamp.as_ref().map(Stamp::commitment);
+        claims.push(Claim::new(true, named.log10_p, key, commitment, &options));
+    }
+    let report = report(trace, &tracer, &paths, &recipients, claims, skipped);
     Ok(Answer::new(text(args, &report), &report)?.found_if(report.found))
 }
 
@@ -103,9 +105,13 @@ fn report(
     tracer: &Tracer,
     paths: &[PathBuf],
     recipients: &[String],
+    claims: Vec<Claim>,
     skipped: Vec<Skipped>,
 ) -> Report {
-    let recipient = |&Named { index, named, log10_p, correlation, beside_others, .. }: &Named| Recipient {
+    // The named come first.
+    let claims = claims.into_iter().map(Some).chain(std::iter::repeat(None));
+    let recipient = |(&Named { index, named, log10_p, correlation, beside_others, .. }, claim)| Recipient {
+        claim,
         key: shown(&paths[index]),
         recipient: recipients[index].clone(),
         named,
@@ -115,7 +121,7 @@ fn report(
     };
     Report {
         found: trace.found,
-        recipients: trace.recipients.iter().map(recipient).collect(),
+        recipients: trace.recipients.iter().zip(claims).map(recipient).collect(),
         keys: tracer.len(),
         threshold: trace.threshold,
         variants_counted: trace.variants_counted,
@@ -129,68 +135,6 @@ fn report(
 
 fn shown(path: &Path) -> String {
     path.display().to_string()
-}
-
-/// The content of a folder: keys, each with its file, and those that could not be read.
-struct Keys {
-    paths: Vec<PathBuf>,
-    keys: Vec<Key>,
-    skipped: Vec<Skipped>,
-}
-
-/// Every key below `folder`, in the order of the names. Files that are no keys are passed over; damaged keys
-/// are told of.
-fn read_keys(folder: &Path) -> Result<Keys, Failure> {
-    let mut files = Vec::new();
-    list(folder, DEEPEST, &mut files)?;
-    let (mut paths, mut keys, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
-    for path in files {
-        let bytes = match files::read_small(&path, files::LARGEST_KEY) {
-            Ok(bytes) if bytes.trim_ascii_start().starts_with(b"{") => bytes,
-            // Meshes, pages, prepared files.
-            Ok(_) => continue,
-            Err(failure) => {
-                skipped.push(Skipped { key: shown(&path), reason: failure.message().to_owned() });
-                continue;
-            }
-        };
-        match Key::from_json(&bytes) {
-            Ok(key) => {
-                keys.push(key);
-                paths.push(path);
-            }
-            Err(error) => skipped.push(Skipped { key: shown(&path), reason: KeyError::to_string(&error) }),
-        }
-    }
-    if keys.is_empty() {
-        return Err(no_keys(folder, &skipped));
-    }
-    Ok(Keys { paths, keys, skipped })
-}
-
-/// Files below `folder` that may be keys by their extension.
-fn list(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    let is_key = |path: &Path| {
-        path.extension().is_none_or(|e| e.eq_ignore_ascii_case("key") || e.eq_ignore_ascii_case("json"))
-    };
-    for path in files::entries(folder)? {
-        if path.is_dir() && depth > 0 {
-            list(&path, depth - 1, found)?;
-        } else if path.is_file() && is_key(&path) {
-            found.push(path);
-        }
-    }
-    Ok(())
-}
-
-fn no_keys(folder: &Path, skipped: &[Skipped]) -> Failure {
-    let first = skipped.first().map(|s| format!(" ({}: {})", s.key, s.reason));
-    let message = format!(
-        "{}: no key for this original in this folder{}; give the folder where `embed` wrote the keys",
-        folder.display(),
-        first.unwrap_or_default()
-    );
-    Failure::new("keys", message)
 }
 
 fn text(args: &Args, report: &Report) -> Table {
@@ -207,6 +151,9 @@ fn text(args: &Args, report: &Report) -> Table {
         // Its length must be known before it is padded.
         table = table.line(format!("  {:<28} {figures}   {}", visible(name), r.key));
     }
+    let claims = report.recipients.iter().filter_map(|r| r.claim.as_ref());
+    let weakest = claims.max_by(|a, b| a.log10_p_claimant.total_cmp(&b.log10_p_claimant));
+    let of = if named > 1 { " (the weakest)" } else { "" };
     let next = report.recipients.get(named).map(|next| {
         // A name at the level of chance would only be held against somebody.
         let name = if next.log10_p < -2.0 { format!("{}, ", next.recipient) } else { String::new() };
@@ -216,14 +163,13 @@ fn text(args: &Args, report: &Report) -> Table {
         "the chance that anybody without a part is named as surely; threshold {:.1}",
         report.threshold.log10()
     );
-    let more = report.skipped.len().saturating_sub(MOST_SHOWN);
     table
+        .rows("convinces", weakest.map(|claim| format!("{}{of}", claim.sentence())))
         .rows("next best", next)
         .row("log10 p", chance)
         .row("keys", format!("{} of this original, {} tests in all", report.keys, report.variants_counted))
         .row("coverage", format!("{:.1} % of the original's area", 100.0 * report.coverage))
         .row("seconds", format!("{:.2}", report.seconds.total()))
         .rows("note", &report.warnings)
-        .rows("left out", report.skipped.iter().take(MOST_SHOWN).map(|s| format!("{}: {}", s.key, s.reason)))
-        .rows("left out", (more > 0).then(|| format!("and {more} more keys; --json has all")))
+        .and(Skipped::rows(&report.skipped))
 }

@@ -112,7 +112,7 @@ fn verdict(report: &Report<'_>) -> Markup {
                 (outside(&report.evidence.files.suspect.path))
                 @if detected { " carries the mark that " } @else { " does not measurably carry the mark that " }
                 (outside(&report.evidence.files.key.path)) " describes. The chance that an unmarked mesh would match as well is "
-                (odds(log10_p)) "."
+                (odds(log10_p)) ". " (outside(&report.claim.sentence()))
             }
         }
     }
@@ -196,9 +196,9 @@ fn meaning(detection: &Detection) -> Markup {
                 "marked with this key, but does not by itself say who made the original first or who passed the copy on."
             }
             p {
-                "The probability assumes that the key was fixed before the suspect was seen; a key made or picked "
-                "afterwards could fit any mesh, so be ready to show when the key was made, for instance by a timestamp "
-                "of its hash."
+                "The probability assumes that the key was fixed before the suspect was seen. Somebody who wants to deceive "
+                "can make keys until one fits by chance; each try costs him a known amount of computing. The sentence "
+                "at the head counts what he could have tried, unless a trusted timestamp shows that the key is older."
             }
             @if detection.log10_p < words::BEYOND_CHANCE {
                 p {

@@ -7,13 +7,14 @@ use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
 use sombrero::watermark::{Identity, Secret};
-use sombrero::{Alignment, DetectOptions, Detector, EmbedOptions, Model, Test, When, detect, embed};
+use sombrero::{Alignment, Claim, DetectOptions, Detector, EmbedOptions, Model, Test, When, detect, embed};
 use std::sync::OnceLock;
 
 /// A detection and what it came from.
 #[derive(Clone)]
 struct Case {
     detection: Detection,
+    claim: Claim,
     key: Key,
     original: Model,
     suspect: Soup,
@@ -22,8 +23,8 @@ struct Case {
 
 impl Case {
     fn report(&self) -> Report<'_> {
-        let Self { detection, key, original, suspect, evidence } = self;
-        Report { detection, key, original, suspect, prepared: false, evidence }
+        let Self { detection, claim, key, original, suspect, evidence } = self;
+        Report { detection, claim, key, original, suspect, prepared: false, evidence }
     }
 }
 
@@ -35,7 +36,8 @@ fn detected(suspect: &Document, original: &Document, key: Key) -> Case {
     let detector = Detector::new(original, key).unwrap();
     let detection = detector.detect(&detector.suspect(suspect), &settings).unwrap();
     let (key, original) = (detector.key().clone(), detector.model().clone());
-    Case { detection, key, original, suspect: suspect.soup().clone(), evidence }
+    let claim = Claim::new(detection.detected, detection.log10_p, &key, None, &settings);
+    Case { detection, claim, key, original, suspect: suspect.soup().clone(), evidence }
 }
 
 fn original() -> Document {

@@ -16,6 +16,8 @@ use std::sync::Arc;
 pub struct Detector {
     original: Arc<Original>,
     key: Key,
+    /// Whether the key was taken at its word.
+    trusting: bool,
 }
 
 impl Detector {
@@ -24,7 +26,17 @@ impl Detector {
     /// # Errors
     /// [`DetectError::Key`] or [`DetectError::Basis`] when they do not belong together.
     pub fn new(original: &Document, key: Key) -> Result<Self, DetectError> {
-        Self::with_basis(original, key, None)
+        Self::with_basis(original, key, None, false)
+    }
+
+    /// The detector of a key whose watermark is taken at its word, whatever it cost: for experiments with thousands of keys
+    /// ([`Derivation::stub_for_experiments`](sombrero_watermark::Derivation::stub_for_experiments)). What it finds proves
+    /// nothing to anybody.
+    ///
+    /// # Errors
+    /// As [`Detector::new`].
+    pub fn trusting(original: &Document, key: Key) -> Result<Self, DetectError> {
+        Self::with_basis(original, key, None, true)
     }
 
     /// [`Detector::new`] with a basis that was stored, which takes a fraction of the time. What is found is the same, to
@@ -37,19 +49,23 @@ impl Detector {
         key: Key,
         stored: PreparedBasis,
     ) -> Result<Self, DetectError> {
-        Self::with_basis(original, key, Some(stored))
+        Self::with_basis(original, key, Some(stored), false)
     }
 
-    fn with_basis(original: &Document, key: Key, stored: Option<PreparedBasis>) -> Result<Self, DetectError> {
-        let digest = OriginalDigest::of(&original.content());
-        key.check_watermark(&digest)?;
-        let (file, Parameters { basis, epsilon }) = (original.soup(), &key.parameters);
+    fn with_basis(
+        original: &Document,
+        key: Key,
+        stored: Option<PreparedBasis>,
+        trusting: bool,
+    ) -> Result<Self, DetectError> {
+        check(original, &key, trusting)?;
+        let (file, Parameters { basis, epsilon, .. }) = (original.soup(), &key.parameters);
         let original = match stored {
             Some(PreparedBasis(stored)) => Original::with_basis(file, stored, *epsilon)?,
             None => Original::new(file, basis, *epsilon)?,
         };
         key.check_basis(original.basis_digest())?;
-        Ok(Self { original: Arc::new(original), key })
+        Ok(Self { original: Arc::new(original), key, trusting })
     }
 
     /// The file that [`PreparedBasis::parse`] reads, as bytes. It holds the basis, which follows from the original: it is
@@ -74,14 +90,15 @@ impl Detector {
     /// A detector for another key of the same original. It costs no more than checking the key when its parameters are the same.
     ///
     /// # Errors
-    /// As [`Detector::new`].
+    /// As [`Detector::new`], or [`Detector::trusting`] if this one was made by that.
     pub fn for_key(&self, original: &Document, key: Key) -> Result<Self, DetectError> {
+        let trusting = self.trusting;
         if key.parameters != self.key.parameters {
-            return Self::new(original, key);
+            return Self::with_basis(original, key, None, trusting);
         }
-        key.check_watermark(&OriginalDigest::of(&original.content()))?;
+        check(original, &key, trusting)?;
         key.check_basis(self.original.basis_digest())?;
-        Ok(Self { original: Arc::clone(&self.original), key })
+        Ok(Self { original: Arc::clone(&self.original), key, trusting })
     }
 
     /// A file as a suspect of this original.
@@ -117,4 +134,13 @@ impl Detector {
     pub fn key(&self) -> &Key {
         &self.key
     }
+}
+
+/// Whether the key was made for this original and, unless it is taken at its word, is genuine.
+fn check(original: &Document, key: &Key, trusting: bool) -> Result<(), DetectError> {
+    key.check_original(&OriginalDigest::of(original.parts()))?;
+    if !trusting {
+        key.check_watermark()?;
+    }
+    Ok(())
 }

@@ -1,6 +1,7 @@
 //! An original that any number of copies are made of.
 
 use super::error::EmbedError;
+use super::limit::longest_displacement;
 use super::marked::{DistortionReport, EmbedReport, Marked};
 use super::self_test::SelfTest;
 use crate::info::repair_notes;
@@ -8,10 +9,12 @@ use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisError, BasisOptions};
 use sombrero_io::{Document, Limits, Rewrite, Rewritten, WriteError};
 use sombrero_search::{Model, Stages};
-use sombrero_watermark::{Identity, Key, OriginalDigest, Parameters, Secret, embed as insert};
+use sombrero_watermark::{
+    COEFFICIENTS, Derivation, EPSILONS, Identity, Key, OriginalDigest, Parameters, Secret, embed as insert,
+};
 
-/// With fewer coefficients than the paper's a mark is too easily lost to be made without being asked for.
-const FEWEST: usize = 50;
+/// The paper's number. With fewer a mark is easily lost.
+const FEW: usize = 50;
 
 /// The mark must read back at least this well from the file just written, and should after a little noise.
 const READ_BACK: f64 = -6.0;
@@ -26,6 +29,10 @@ pub struct Embedder<'a> {
     digest: OriginalDigest,
     /// With as many coefficients as the basis has.
     parameters: Parameters,
+    /// What each key costs.
+    derivation: Derivation,
+    /// What no vertex may move by more than, in model units.
+    most: Option<f64>,
     self_test: SelfTest,
     /// What is to be said of every copy.
     warnings: Vec<String>,
@@ -44,11 +51,11 @@ impl<'a> Embedder<'a> {
         fewer_if_small: bool,
     ) -> Result<Self, EmbedError> {
         let mut seconds = Stages::default();
-        let Parameters { basis: wanted, epsilon } = parameters;
-        if !(epsilon > 0.0 && epsilon <= 1.0) {
+        let Parameters { basis: wanted, epsilon, .. } = parameters;
+        if !EPSILONS.contains(&epsilon) {
             return Err(EmbedError::Epsilon { epsilon });
         }
-        if wanted.coefficients < 4 {
+        if !COEFFICIENTS.contains(&wanted.coefficients) {
             return Err(EmbedError::Coefficients { coefficients: wanted.coefficients });
         }
         let model = seconds.time("weld", || Model::new(original.soup()));
@@ -58,7 +65,7 @@ impl<'a> Embedder<'a> {
         let mut progressive = seconds.time("conversion", || model.progressive());
         let basis = seconds.time("basis", || match model.basis_of(&mut progressive, &wanted) {
             Err(BasisError::TooFewSplits { available, .. }) if fewer_if_small => {
-                let fewer = BasisOptions { coefficients: available.max(FEWEST), ..wanted };
+                let fewer = BasisOptions { coefficients: available.max(*COEFFICIENTS.start()), ..wanted };
                 model.basis_of(&mut progressive, &fewer)
             }
             basis => basis,
@@ -66,7 +73,7 @@ impl<'a> Embedder<'a> {
         drop(progressive);
         let coefficients = basis.functions().len();
         let self_test = seconds.time("test", || SelfTest::new(&model, &basis))?;
-        let digest = seconds.time("insert", || OriginalDigest::of(&original.content()));
+        let digest = seconds.time("insert", || OriginalDigest::of(original.parts()));
         Ok(Self {
             original,
             warnings: warnings(original, &model, wanted.coefficients, coefficients),
@@ -74,33 +81,40 @@ impl<'a> Embedder<'a> {
             basis_digest: basis.digest(),
             basis,
             digest,
-            parameters: Parameters { basis: BasisOptions { coefficients, ..wanted }, epsilon },
+            parameters: Parameters { basis: BasisOptions { coefficients, ..wanted }, ..parameters },
+            derivation: Derivation::STANDARD,
+            most: None,
             self_test,
             seconds,
         })
     }
 
-    /// Lowers ε so far that none of these marks moves a vertex by more than `most` model units, before the file rounds
-    /// it, and gives the ε that all copies now have. It is never raised.
+    /// The same with keys that cost something else: for experiments with thousands of them. Keys with less than
+    /// [`Derivation::STANDARD`] are refused everywhere but there.
+    #[must_use]
+    pub fn with_derivation(self, derivation: Derivation) -> Self {
+        Self { derivation, ..self }
+    }
+
+    /// Lowers ε so far that a mark moves a vertex by more than `most` model units, before the file rounds it, with a
+    /// probability of 0.001 at most; such a mark is refused by [`mark`](Self::mark). Gives the ε that all copies now
+    /// have. It depends on the matrix B alone, never on a watermark, which is bound to it. It is never raised.
     ///
     /// # Errors
-    /// [`EmbedError::Displacement`] when `most` is not above 0.
-    pub fn limit_displacement<'b>(
-        &mut self,
-        most: f64,
-        marks: impl IntoIterator<Item = (&'b Identity, &'b Secret)>,
-    ) -> Result<f64, EmbedError> {
+    /// [`EmbedError::Displacement`] when `most` is not above 0, [`EmbedError::TooLittle`] when it leaves no usable ε.
+    pub fn limit_displacement(&mut self, most: f64) -> Result<f64, EmbedError> {
         if !(most > 0.0 && most.is_finite()) {
             return Err(EmbedError::Displacement { most });
         }
-        for (identity, secret) in marks {
-            let w = self.watermark(identity, secret);
-            let moves = self.basis.displacements(&w, 1.0);
-            let longest = moves.iter().map(|d| d.norm_squared()).fold(0.0, f64::max).sqrt();
-            if longest > 0.0 {
-                self.parameters.epsilon = self.parameters.epsilon.min(rounded_down(most / longest));
+        let longest = longest_displacement(&self.basis);
+        if longest > 0.0 {
+            let epsilon = self.parameters.epsilon.min(rounded_down(most / longest));
+            if !EPSILONS.contains(&epsilon) {
+                return Err(EmbedError::TooLittle { most, epsilon });
             }
+            self.parameters.epsilon = epsilon;
         }
+        self.most = Some(most);
         Ok(self.parameters.epsilon)
     }
 
@@ -111,7 +125,7 @@ impl<'a> Embedder<'a> {
 
     /// The key of the copy with this identity and secret.
     pub fn key(&self, identity: Identity, secret: Secret) -> Key {
-        Key::with_digest(&self.digest, identity, secret, self.parameters, &self.basis_digest)
+        Key::new(&self.digest, identity, secret, self.parameters, &self.basis_digest, self.derivation)
     }
 
     /// One marked copy, tested.
@@ -127,6 +141,10 @@ impl<'a> Embedder<'a> {
             let rewritten = original.rewrite(&model.stored_from_points(&points), rewrite)?;
             Ok::<_, WriteError>((rewritten, points))
         })?;
+        let distortion = DistortionReport::between(model, &moved);
+        if let Some(most) = self.most.filter(|&most| distortion.max > most) {
+            return Err(EmbedError::Moved { most, moved: distortion.max });
+        }
         let copy = seconds.time("read back", || self.read_back(&bytes, companions.is_empty(), &moved))?;
         let [log10_p, log10_p_after_noise] =
             seconds.time("test", || self.self_test.log10_p(model, basis, &key, copy.points()))?;
@@ -146,7 +164,7 @@ impl<'a> Embedder<'a> {
             coefficients: key.watermark.len(),
             epsilon: key.parameters.epsilon,
             basis: key.parameters.basis.function.to_string(),
-            distortion: DistortionReport::between(model, &moved),
+            distortion,
             log10_p,
             log10_p_after_noise,
             seconds,
@@ -170,10 +188,6 @@ impl<'a> Embedder<'a> {
         };
         Ok(Document::parse_within(whole, Some(self.original.extension()), Limits::unlimited())?)
     }
-
-    fn watermark(&self, identity: &Identity, secret: &Secret) -> Vec<f64> {
-        self.digest.watermark(identity, secret, self.parameters.basis.coefficients)
-    }
 }
 
 /// `x` with two significant digits, so that a key is easy to read.
@@ -190,8 +204,16 @@ fn warnings(original: &Document, model: &Model, wanted: usize, carried: usize) -
     let mut notes = original.notes().to_vec();
     notes.extend(repair_notes(&model.repaired().report));
     if carried < wanted {
+        let least = COEFFICIENTS.start();
+        let floor = if carried < FEW {
+            format!(
+                " Fewer than {FEW} prove little after an attack, and {least} are the least that a key can have."
+            )
+        } else {
+            String::new()
+        };
         notes.push(format!(
-            "The mesh is small: it carries {carried} coefficients, not {wanted}, which survive less."
+            "The mesh is small: it carries {carried} coefficients, not {wanted}, which survive less.{floor}"
         ));
     }
     notes

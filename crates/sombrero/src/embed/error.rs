@@ -3,6 +3,7 @@
 use sombrero_basis::BasisError;
 use sombrero_extraction::ExtractError;
 use sombrero_io::{ParseError, WriteError};
+use sombrero_watermark::{COEFFICIENTS, EPSILONS};
 use thiserror::Error;
 
 /// The reason why a file cannot be marked.
@@ -12,14 +13,20 @@ pub enum EmbedError {
     /// There is nothing to mark.
     #[error("the file has no usable face; a mark needs a surface, not points or lines")]
     NoFaces,
-    /// ε is not a positive number.
-    #[error("epsilon {epsilon} is not usable; it must be above 0 and at most 1 (0.01 is usual)")]
+    /// ε is out of range.
+    #[error(
+        "epsilon {epsilon} is not usable; it must be between {} and {} (0.01 is usual)",
+        EPSILONS.start(), EPSILONS.end()
+    )]
     Epsilon {
         /// What was given.
         epsilon: f64,
     },
-    /// Fewer than four coefficients were asked for.
-    #[error("a mark needs at least 4 coefficients, not {coefficients}; 50 are usual")]
+    /// Too few or too many coefficients were asked for.
+    #[error(
+        "a mark has between {} and {} coefficients, not {coefficients}; 200 are usual",
+        COEFFICIENTS.start(), COEFFICIENTS.end()
+    )]
     Coefficients {
         /// What was given.
         coefficients: usize,
@@ -31,6 +38,27 @@ pub enum EmbedError {
     Displacement {
         /// What was given.
         most: f64,
+    },
+    /// The longest displacement leaves nothing of the mark.
+    #[error(
+        "a longest displacement of {most} leaves an epsilon of {epsilon:e}, less than {:e}, which no file keeps; allow a larger one",
+        EPSILONS.start()
+    )]
+    TooLittle {
+        /// What was given, in model units.
+        most: f64,
+        /// The strength that would be left.
+        epsilon: f64,
+    },
+    /// This mark is one of the few that go beyond the longest displacement.
+    #[error(
+        "this mark would move a vertex by {moved:.3e}, more than {most:.3e}, as one in a thousand may; give another secret or recipient, or allow a little more"
+    )]
+    Moved {
+        /// What was asked for, in model units.
+        most: f64,
+        /// What came out.
+        moved: f64,
     },
     /// The mesh is too small or too flat.
     #[error(transparent)]

@@ -2,6 +2,7 @@
 
 mod embedder;
 mod error;
+mod limit;
 mod marked;
 mod options;
 mod self_test;
@@ -36,7 +37,7 @@ use sombrero_watermark::Secret;
 pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Result<Marked, EmbedError> {
     let mut embedder = Embedder::new(original, options.parameters, options.fewer_if_small)?;
     if let Some(most) = options.max_displacement {
-        embedder.limit_displacement(most, [(&options.identity, &secret)])?;
+        embedder.limit_displacement(most)?;
     }
     let mut marked = embedder.mark(options.identity.clone(), secret, &options.rewrite)?;
     let mut seconds = embedder.seconds;

@@ -8,10 +8,11 @@ use sombrero_watermark::{Identity, Parameters};
 pub struct EmbedOptions {
     /// Coefficients, basis function and ε.
     pub parameters: Parameters,
-    /// Take fewer coefficients, 50 at least, when the mesh cannot carry as many. Otherwise that is an
+    /// Take fewer coefficients, 16 at least, when the mesh cannot carry as many. Otherwise that is an
     /// error. Default: no.
     pub fewer_if_small: bool,
-    /// Lower ε so far that no vertex moves by more than this many model units. Default: `None`.
+    /// Lower ε so far that no vertex moves by more than this many model units; see
+    /// [`Embedder::limit_displacement`](crate::Embedder::limit_displacement). Default: `None`.
     pub max_displacement: Option<f64>,
     /// The texts that tell whose mark it is and which copy.
     pub identity: Identity,

@@ -5,15 +5,17 @@ use super::verdict::{Named, Rejected, Trace};
 use crate::detect::{Alignment, DetectError, DetectOptions, positions};
 use rayon::prelude::*;
 use sombrero_io::Document;
-use sombrero_search::{Original, SearchOutcome, Stages, search};
+use sombrero_search::{Original, SearchOutcome, search};
 use sombrero_stats::{LogProbability, best_of};
-use sombrero_watermark::{Key, Mismatch, OriginalDigest, Parameters};
+use sombrero_watermark::{Key, OriginalDigest, Parameters};
 
 /// An original with all the keys that were made for it.
 #[derive(Debug)]
 pub struct Tracer {
     keys: Vec<Key>,
     groups: Vec<Group>,
+    /// Whether keys are taken at their word.
+    trusting: bool,
 }
 
 /// Keys of equal parameters, which share everything but their watermarks.
@@ -26,26 +28,25 @@ struct Group {
 }
 
 impl Tracer {
-    /// The tracer of those keys that are genuine and belong to `original`; the basis is computed once for all keys of
-    /// equal parameters. Those that do not belong are given back with the reason.
+    /// The tracer of those keys that belong to `original`; the basis is computed once for all keys of equal parameters.
+    /// Those that do not belong are given back with the reason. Whether a watermark was derived as the key says is checked
+    /// when the key is about to be named, since that costs.
     ///
     /// # Errors
     /// [`DetectError::NoFaces`] or [`DetectError::Basis`] when the original cannot carry such marks.
     pub fn new(original: &Document, keys: Vec<Key>) -> Result<(Self, Vec<Rejected>), DetectError> {
-        let digest = OriginalDigest::of(&original.content());
-        let checked: Vec<Result<(), Mismatch>> =
-            keys.par_iter().map(|key| key.check_watermark(&digest)).collect();
+        let digest = OriginalDigest::of(original.parts());
         let mut rejected = Vec::new();
         let mut groups: Vec<Group> = Vec::new();
-        for (index, (key, checked)) in keys.iter().zip(checked).enumerate() {
-            if let Err(reason) = checked {
+        for (index, key) in keys.iter().enumerate() {
+            if let Err(reason) = key.check_original(&digest) {
                 rejected.push(Rejected { index, reason });
                 continue;
             }
             let place = match groups.iter().position(|group| group.parameters == key.parameters) {
                 Some(place) => place,
                 None => {
-                    let parameters @ Parameters { basis, epsilon } = key.parameters;
+                    let parameters @ Parameters { basis, epsilon, .. } = key.parameters;
                     let original = Original::new(original.soup(), &basis, epsilon)?;
                     groups.push(Group { parameters, original, keys: Vec::new() });
                     groups.len() - 1
@@ -57,7 +58,25 @@ impl Tracer {
             }
         }
         groups.retain(|group| !group.keys.is_empty());
-        Ok((Self { keys, groups }, rejected))
+        Ok((Self { keys, groups, trusting: false }, rejected))
+    }
+
+    /// [`Tracer::new`] with keys that are taken at their word, whatever their watermarks cost: for experiments with
+    /// thousands of keys. Whom it names, nobody has to believe.
+    ///
+    /// # Errors
+    /// As [`Tracer::new`].
+    pub fn trusting(original: &Document, keys: Vec<Key>) -> Result<(Self, Vec<Rejected>), DetectError> {
+        let (tracer, rejected) = Self::new(original, keys)?;
+        Ok((Self { trusting: true, ..tracer }, rejected))
+    }
+
+    /// One of the keys that were given, by its place.
+    ///
+    /// # Panics
+    /// When there were not so many.
+    pub fn key(&self, index: usize) -> &Key {
+        &self.keys[index]
     }
 
     /// The number of keys that can be traced.
@@ -73,25 +92,60 @@ impl Tracer {
     /// Looks for every key's mark in `suspect` by the robust method; `options.method` and `options.seed` do not matter.
     /// Without a key the answer is that nobody was found.
     ///
+    /// Keys that are about to be named are checked first. If one of them is not genuine, all others are checked too and
+    /// those that are not are left out of a second search: a forged key that fits well can end the first one before
+    /// others show. The tests of both searches count.
+    ///
     /// # Errors
     /// [`DetectError`] when the question makes no sense.
     pub fn trace(&self, suspect: &Document, options: &DetectOptions) -> Result<Trace, DetectError> {
-        let mut trace = Trace {
-            found: false,
-            recipients: Vec::new(),
-            threshold: options.threshold,
-            variants_counted: 0,
-            coverage: 0.0,
-            registration: None,
-            seconds: Stages::default(),
-            warnings: Vec::new(),
+        let mut first = self.look(suspect, options, &[], 0)?;
+        if self.trusting {
+            return Ok(first);
+        }
+        let named: Vec<usize> = first.recipients.iter().filter(|r| r.named).map(|r| r.index).collect();
+        let genuine = first.seconds.time("derivation", || self.rejected(&named).is_empty());
+        if genuine {
+            return Ok(first);
+        }
+        let all: Vec<usize> = self.groups.iter().flat_map(|group| &group.keys).copied().collect();
+        let rejected = first.seconds.time("derivation", || self.rejected(&all));
+        let mut second = self.look(suspect, options, &rejected, first.variants_counted)?;
+        second.seconds.add(first.seconds);
+        second.rejected = rejected;
+        Ok(second)
+    }
+
+    /// Those of these keys that are not genuine. Each takes the memory of its derivation while it is checked, so no more
+    /// than there are threads are at once.
+    fn rejected(&self, keys: &[usize]) -> Vec<Rejected> {
+        let check = |&index: &usize| {
+            let reason = self.keys[index].check_watermark().err()?;
+            Some(Rejected { index, reason })
         };
+        keys.par_iter().filter_map(check).collect()
+    }
+
+    /// One search for all keys but those; `counted` tests were made before.
+    fn look(
+        &self,
+        suspect: &Document,
+        options: &DetectOptions,
+        without: &[Rejected],
+        counted: usize,
+    ) -> Result<Trace, DetectError> {
+        let mut trace = Trace::of_nobody(options.threshold, counted);
         let mut alone: Vec<(usize, Score)> = Vec::new();
         let mut best = LogProbability::ONE;
         for group in &self.groups {
             let suspect = group.original.suspect(suspect.soup());
             options.check(&suspect)?;
-            let watermarks = group.keys.iter().map(|&i| self.keys[i].watermark.as_slice()).collect();
+            let takes_part = |index: &usize| without.iter().all(|rejected| rejected.index != *index);
+            let keys: Vec<usize> = group.keys.iter().copied().filter(takes_part).collect();
+            if keys.is_empty() {
+                continue;
+            }
+            let watermarks = keys.iter().map(|&i| self.keys[i].watermark.as_slice()).collect();
             let SearchOutcome { examiner, counted, seconds, warnings, .. } =
                 search(&group.original, &suspect, &options.search(), ManyKeys::new(watermarks))?;
             trace.variants_counted += counted;
@@ -107,7 +161,7 @@ impl Tracer {
                 trace.registration =
                     pose.map(|pose| Alignment::of_estimate(&pose, &estimate, trace.coverage));
             }
-            alone.extend(group.keys.iter().copied().zip(examiner.scores));
+            alone.extend(keys.into_iter().zip(examiner.scores));
         }
         alone.sort_by(|(i, a), (j, b)| a.p.ln().total_cmp(&b.p.ln()).then(i.cmp(j)));
         let name = |(index, score): (usize, Score)| {

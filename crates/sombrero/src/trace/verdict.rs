@@ -31,10 +31,30 @@ pub struct Trace {
     pub coverage: f64,
     /// The map that brought the suspect onto the original; `None` when it was taken as it is.
     pub registration: Option<Alignment>,
+    /// Keys that turned out not to be genuine when they were about to be named. They are not among the recipients.
+    #[serde(skip)]
+    pub rejected: Vec<Rejected>,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the user should know, in sentences.
     pub warnings: Vec<String>,
+}
+
+impl Trace {
+    /// The answer before anything was looked at.
+    pub(super) fn of_nobody(threshold: f64, variants_counted: usize) -> Self {
+        Self {
+            found: false,
+            recipients: Vec::new(),
+            threshold,
+            variants_counted,
+            coverage: 0.0,
+            registration: None,
+            rejected: Vec::new(),
+            seconds: Stages::default(),
+            warnings: Vec::new(),
+        }
+    }
 }
 
 /// One key's part in a suspect.

@@ -26,8 +26,8 @@ pub(crate) struct Trial {
 
 /// The preset that goes with a method, with this basis function.
 fn parameters(method: Method, function: BasisFunction) -> Parameters {
-    let Parameters { basis, epsilon } = method.preset().parameters();
-    Parameters { basis: BasisOptions { function, ..basis }, epsilon }
+    let parameters = method.preset().parameters();
+    Parameters { basis: BasisOptions { function, ..parameters.basis }, ..parameters }
 }
 
 /// A marked model and how it is looked at.

@@ -8,7 +8,7 @@ use sombrero::attacks::{apply_all, noise, parse_list};
 use sombrero::io::{Access, Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::watermark::{Identity, Secret};
-use sombrero::{DetectOptions, Detection, Detector, EmbedOptions, Marked, Stages, embed};
+use sombrero::{Claim, DetectOptions, Detection, Detector, EmbedOptions, Marked, Stages, embed};
 use sombrero_report::{Evidence, FileHash, Report, page};
 
 /// The attacks of the table.
@@ -131,8 +131,16 @@ impl Case {
                     &self.marked.key,
                     DetectOptions::default(),
                 );
+                let claim = Claim::new(
+                    tried.detection.detected,
+                    tried.detection.log10_p,
+                    &self.marked.key,
+                    None,
+                    &DetectOptions::default(),
+                );
                 let report = Report {
                     detection: &tried.detection,
+                    claim: &claim,
                     key: &self.marked.key,
                     original: self.detector.model(),
                     suspect: &self.detector.suspect(&tried.document).soup,

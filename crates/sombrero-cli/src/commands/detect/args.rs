@@ -24,6 +24,9 @@ pub(crate) struct Args {
     /// if there is one, what is found with it is confirmed without it.
     #[arg(long, value_name = "FILE")]
     prepared: Option<PathBuf>,
+    /// Certificates (PEM) of the timestamping authorities that you trust, for the timestamp in the key.
+    #[arg(long, value_name = "FILE")]
+    ca: Option<PathBuf>,
     /// How to look.
     #[arg(long, value_enum, default_value_t = Method::Robust)]
     method: Method,
@@ -69,6 +72,8 @@ pub(super) struct Plan {
     pub(super) original: PathBuf,
     pub(super) key: PathBuf,
     pub(super) prepared: Prepared,
+    /// The certificates of authorities that are trusted.
+    pub(super) ca: Option<PathBuf>,
     pub(super) settings: DetectOptions,
     pub(super) force: bool,
 }
@@ -116,6 +121,7 @@ impl Plan {
             original: original.clone(),
             key: key.clone(),
             prepared,
+            ca: args.ca.clone(),
             settings: DetectOptions { method: args.method.into(), seed: args.seed, ..args.steps.options() },
             force: *force,
         })

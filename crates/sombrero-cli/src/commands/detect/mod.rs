@@ -6,11 +6,12 @@ use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::table::Table;
+use crate::timestamp::{self, Stamp};
 use crate::{batch, files};
 use args::{Args, Plan, Prepared};
 use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::watermark::Key;
-use sombrero::{DetectError, Detection, Detector, PreparedBasis, SearchError};
+use sombrero::{Claim, Commitment, DetectError, Detection, Detector, PreparedBasis, SearchError};
 use sombrero_report::{Evidence, FileHash, Report, page, record};
 use std::cell::OnceCell;
 use std::path::Path;
@@ -44,6 +45,8 @@ struct Job<'a> {
     confirmed: OnceCell<()>,
     original: FileHash,
     key: FileHash,
+    /// The key's timestamp, verified.
+    commitment: Option<Commitment>,
     preparation: f64,
 }
 
@@ -62,6 +65,8 @@ impl<'a> Job<'a> {
         let detector = detector.map_err(|e| failure(plan, &plan.original, &e))?;
         // The key was made for a file with this hash, and that was checked.
         let original_sha256 = hex::encode(detector.key().original_sha256);
+        let anchors = timestamp::anchors(plan.ca.as_deref())?;
+        let stamp = timestamp::of_key(&plan.key, detector.key(), &anchors)?;
         Ok(Self {
             plan,
             limits,
@@ -71,6 +76,7 @@ impl<'a> Job<'a> {
             confirmed: OnceCell::new(),
             original: FileHash { path: plan.original.display().to_string(), sha256: original_sha256 },
             key: FileHash::new(plan.key.display().to_string(), &bytes),
+            commitment: stamp.as_ref().map(Stamp::commitment),
             preparation: start.elapsed().as_secs_f64(),
         })
     }
@@ -91,15 +97,23 @@ impl<'a> Job<'a> {
         if detection.detected && self.from_file {
             detection.warnings.extend(self.vouch()?);
         }
+        let claim = Claim::new(
+            detection.detected,
+            detection.log10_p,
+            detector.key(),
+            self.commitment.clone(),
+            &evidence.settings,
+        );
         let report = Report {
             detection: &detection,
+            claim: &claim,
             key: detector.key(),
             original: detector.model(),
             suspect: &suspect.soup,
             prepared: self.from_file,
             evidence: &evidence,
         };
-        let (mut text, mut json) = (text(path, &detection), record(&report));
+        let (mut text, mut json) = (text(path, &detection, &claim), record(&report));
         if let Some(path) = report_path {
             let html = page(&report).map_err(|e| Failure::new("internal", e.to_string()))?;
             let output = Output { path, bytes: html.as_bytes(), access: Access::Usual };
@@ -112,7 +126,7 @@ impl<'a> Job<'a> {
     }
 
     fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
-        let suspect = FileHash::new(path.display().to_string(), &suspect.content());
+        let suspect = FileHash::of_mesh(path.display().to_string(), suspect);
         let (original, key) = (self.original.clone(), self.key.clone());
         Evidence::new(suspect, original, key, self.detector.key(), self.plan.settings)
     }
@@ -165,7 +179,7 @@ fn failure(plan: &Plan, suspect: &Path, error: &DetectError) -> Failure {
     }
 }
 
-fn text(suspect: &Path, d: &Detection) -> Table {
+fn text(suspect: &Path, d: &Detection, claim: &Claim) -> Table {
     let verdict = if d.detected { "FOUND: the mark is in" } else { "NOT FOUND: the mark was not found in" };
     let log10_p = format!(
         "{:.1} (threshold {:.1}): the chance that an unmarked mesh matches as well",
@@ -174,6 +188,7 @@ fn text(suspect: &Path, d: &Detection) -> Table {
     );
     Table::new(format!("{verdict} {}", suspect.display()))
         .row("log10 p", log10_p)
+        .row("convinces", claim.sentence())
         .row("correlation", format!("{:.4} over {} coefficients", d.correlation, d.coefficients_used))
         .row("coverage", format!("{:.1} % of the original's area", 100.0 * d.coverage))
         .row("method", how(d))

@@ -114,8 +114,10 @@ impl<'a> Plan<'a> {
 impl Args {
     /// The preset's, as far as nothing else was asked for.
     fn parameters(&self) -> Parameters {
-        let Parameters { basis, epsilon } = self.preset.parameters();
+        let Parameters { preset, basis, epsilon } = self.preset.parameters();
+        let chosen = self.coefficients.is_some() || self.basis.is_some() || self.epsilon.is_some();
         Parameters {
+            preset: preset.filter(|_| !chosen),
             basis: BasisOptions {
                 coefficients: self.coefficients.unwrap_or(basis.coefficients),
                 function: self.basis.unwrap_or(basis.function),

@@ -61,7 +61,7 @@ fn copy(
     let _progress = Progress::new(format!("marking {}", input.display()));
     let original = files::read_mesh(input, context.limits)?;
     let identity = &order.options.identity;
-    let digest = OriginalDigest::of(&original.content());
+    let digest = OriginalDigest::of(original.parts());
     if !order.force && is_done(&order.options, place, identity, &digest)? {
         let [input, output, key] = [input, output, key].map(|path| path.display().to_string());
         let text = Table::new(format!("kept {output}, which was marked before"));

@@ -34,7 +34,7 @@ pub(super) fn is_done(
         return Ok(false);
     }
     let key = files::read_key(place.key)?;
-    if key.identity == *identity && key.check_watermark(original).is_ok() && was_asked_for(options, &key) {
+    if key.identity == *identity && key.check_original(original).is_ok() && was_asked_for(options, &key) {
         return Ok(true);
     }
     let message = format!(
@@ -46,7 +46,7 @@ pub(super) fn is_done(
 
 /// A small mesh may have got fewer coefficients, and a limited displacement a smaller ε.
 fn was_asked_for(options: &EmbedOptions, key: &Key) -> bool {
-    let Parameters { basis, epsilon } = options.parameters;
+    let Parameters { preset, basis, epsilon } = options.parameters;
     let made = key.parameters;
     let coefficients = match options.fewer_if_small {
         false => made.basis.coefficients == basis.coefficients,
@@ -56,6 +56,7 @@ fn was_asked_for(options: &EmbedOptions, key: &Key) -> bool {
         if options.max_displacement.is_some() { made.epsilon <= epsilon } else { made.epsilon == epsilon };
     coefficients
         && strength
+        && made.preset == preset
         && made.basis.function == basis.function
         && made.basis.amplitudes == basis.amplitudes
 }

@@ -77,7 +77,7 @@ pub(super) fn run(
     let rows = read_rows(list)?;
     let keys = make_folders(folder, context)?;
     let jobs = jobs(&order.options.identity.owner, input, folder, &keys, rows);
-    let digest = OriginalDigest::of(&original.content());
+    let digest = OriginalDigest::of(original.parts());
 
     let done = |job: &Job| {
         let place = Place { input, output: &job.output, key: &job.key };
@@ -99,9 +99,7 @@ pub(super) fn run(
         let mut embedder = Embedder::new(&original, order.options.parameters, order.options.fewer_if_small)
             .map_err(|e| failed(&e))?;
         if let Some(most) = order.options.max_displacement {
-            let marks = jobs.iter().zip(&secrets).zip(&fates).filter(|(_, fate)| fate.is_none());
-            let marks = marks.map(|((job, secret), _)| (&job.identity, secret));
-            embedder.limit_displacement(most, marks).map_err(|e| failed(&e))?;
+            embedder.limit_displacement(most).map_err(|e| failed(&e))?;
         }
         let total = fates.iter().filter(|fate| fate.is_none()).count();
         let made = AtomicUsize::new(0);

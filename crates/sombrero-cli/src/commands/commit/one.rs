@@ -1,5 +1,6 @@
-//! `sombrero commit`.
+//! A commitment to one key.
 
+use super::{Args, LARGEST_TOKEN, meaning};
 use crate::answer::{Answer, Context};
 use crate::failure::Failure;
 use crate::files;
@@ -13,34 +14,6 @@ use sombrero::watermark::Key;
 use sombrero_timestamp::{Token, request};
 use std::path::{Path, PathBuf};
 
-// What is typed after `sombrero commit`.
-#[derive(Debug, clap::Args)]
-pub(crate) struct Args {
-    /// The file that was marked.
-    input: PathBuf,
-    /// Its key.
-    #[arg(long, value_name = "FILE")]
-    key: PathBuf,
-    /// The request to write. Default: KEY.tsq.
-    #[arg(short, long, value_name = "FILE", conflicts_with = "token")]
-    output: Option<PathBuf>,
-    /// Also write the statement that the digest is of. It opens the commitment and is as secret as the key.
-    #[arg(long, value_name = "FILE")]
-    statement: Option<PathBuf>,
-    /// The authority's answer, to be checked and stored in the key.
-    #[arg(long, value_name = "FILE")]
-    token: Option<PathBuf>,
-    /// Certificates (PEM) of the timestamping authorities that you trust.
-    #[arg(long, value_name = "FILE", requires = "token")]
-    ca: Option<PathBuf>,
-    /// Replace outputs that exist, or a token that the key has.
-    #[arg(long)]
-    force: bool,
-}
-
-/// A token holds some certificates.
-const LARGEST_TOKEN: u64 = 1 << 20;
-
 #[derive(Serialize)]
 struct Report {
     digest: String,
@@ -52,24 +25,20 @@ struct Report {
     timestamp: Option<Stamp>,
 }
 
-pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
+pub(super) fn run(args: &Args, key_path: &Path, context: &Context) -> Result<Answer, Failure> {
     let request_path = match args.token {
         Some(_) => None,
-        None => Some(args.output.clone().unwrap_or_else(|| args.key.with_added_extension("tsq"))),
+        None => Some(args.output.clone().unwrap_or_else(|| key_path.with_added_extension("tsq"))),
     };
     let outputs: Vec<&Path> = request_path.iter().chain(&args.statement).map(PathBuf::as_path).collect();
-    let inputs: Vec<&Path> = [&args.input, &args.key]
-        .into_iter()
-        .chain(&args.token)
-        .chain(&args.ca)
-        .map(PathBuf::as_path)
-        .collect();
+    let given = args.token.iter().chain(&args.ca).map(PathBuf::as_path);
+    let inputs: Vec<&Path> = [args.input.as_path(), key_path].into_iter().chain(given).collect();
     files::check_outputs(&outputs, &inputs, args.force)?;
-    let _progress = Progress::new(format!("verifying {}", args.key.display()));
-    let key = files::read_key(&args.key)?;
+    let _progress = Progress::new(format!("verifying {}", key_path.display()));
+    let key = files::read_key(key_path)?;
     let original = files::read_mesh(&args.input, context.limits)?;
     // Nobody shall wait for a timestamp of a key that is of no use.
-    let detector = Detector::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
+    let detector = Detector::new(&original, key).map_err(|e| Failure::about("key", key_path, &e))?;
     let key = detector.key();
     let digest = key.commitment();
     let statement = key.statement();
@@ -84,7 +53,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     }
     files::write_all(&written, args.force)?;
     let stamp = match &args.token {
-        Some(token) => Some(store(args, key, token)?),
+        Some(token) => Some(store(args, key_path, key, token)?),
         None => None,
     };
     let name = |path: &PathBuf| path.display().to_string();
@@ -94,29 +63,27 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
         statement: args.statement.as_ref().map(name),
         timestamp: stamp,
     };
-    Answer::new(text(args, &report), &report)
+    Answer::new(text(args, key_path, &report), &report)
 }
 
 /// Checks the authority's answer and puts the token into the key file.
-fn store(args: &Args, key: &Key, path: &Path) -> Result<Stamp, Failure> {
+fn store(args: &Args, key_path: &Path, key: &Key, path: &Path) -> Result<Stamp, Failure> {
     if key.timestamp.is_some() && !args.force {
-        let message = format!("{}: has a timestamp already; give --force to replace it", args.key.display());
+        let message = format!("{}: has a timestamp already; give --force to replace it", key_path.display());
         return Err(Failure::new("timestamp", message));
     }
     let anchors = timestamp::anchors(args.ca.as_deref())?;
     let answer = files::read_small(path, LARGEST_TOKEN)?;
     let stamp = timestamp::check(path, &answer, &key.commitment(), &anchors)?;
     let token = Token::from_der(&answer).map_err(|e| Failure::about("timestamp", path, &e))?;
-    let stamped = Key { timestamp: Some(token.to_der().to_vec()), ..key.clone() }.to_json();
-    files::write_all(
-        &[Output { path: &args.key, bytes: stamped.as_bytes(), access: Access::Private }],
-        true,
-    )?;
+    // It is for the commitment by itself.
+    let stamped = Key { timestamp: Some(token.to_der().to_vec()), path: None, ..key.clone() }.to_json();
+    files::write_all(&[Output { path: key_path, bytes: stamped.as_bytes(), access: Access::Private }], true)?;
     Ok(stamp)
 }
 
-fn text(args: &Args, report: &Report) -> Table {
-    let (key, input) = (args.key.display(), args.input.display());
+fn text(args: &Args, key_path: &Path, report: &Report) -> Table {
+    let (key, input) = (key_path.display(), args.input.display());
     let mut table = Table::new(format!("commitment to {key} and {input}"))
         .row("digest", format!("SHA-256 {}", report.digest));
     if let Some(request) = &report.request {
@@ -130,7 +97,5 @@ fn text(args: &Args, report: &Report) -> Table {
             .row("stored", format!("in {key}, whose hash changes; its commitment does not"))
             .and(stamp.rows());
     }
-    table
-        .row("proves", "once it is timestamped: original, key and both texts existed then, in this form")
-        .row("proves not", "who had them, who made the model, or that nobody had it before")
+    table.and(meaning())
 }

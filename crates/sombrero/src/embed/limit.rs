@@ -1,0 +1,76 @@
+//! How far a mark can move a vertex, known before there is a mark.
+//!
+//! A vertex moves by d = ε Σ_i b_i w_i with the three numbers b_i that its row of the matrix has for coefficient i and w
+//! standard Gaussian. With σ² = Σ_i |b_i|²,
+//!
+//! ```text
+//! Pr[|d| > t ε] ≤ Pr[|g| > t/σ] = erfc(t / (σ √2))   for t ≥ 1.24 σ,
+//! ```
+//!
+//! since of all Gaussian quadratic forms of equal mean a single square has the heaviest tail (Székely and Bakirov 2003;
+//! equality where all b_i point the same way). The sum over all vertices bounds the probability that any goes beyond.
+
+use sombrero_basis::Basis;
+
+/// The probability that a mark goes beyond the limit.
+const EXCEEDANCE: f64 = 1e-3;
+
+/// Where the inequality begins to hold.
+const LEAST: f64 = 1.24;
+
+/// So many standard deviations are enough for any number of vertices.
+const MOST: f64 = 12.0;
+
+/// Each halves the interval; two digits are kept of what comes of it.
+const HALVINGS: usize = 20;
+
+/// The t with Σ_v erfc(t / (σ_v √2)) ≤ 0.001, in model units for ε = 1; 0 when nothing moves.
+pub(super) fn longest_displacement(basis: &Basis) -> f64 {
+    let mut squares = vec![0.0; basis.vertex_count()];
+    for (i, column) in basis.values().col_iter().enumerate() {
+        let step = basis.step(i).norm_squared();
+        for (&row, phi) in column.row_indices().iter().zip(column.values()) {
+            squares[row] += step * phi * phi;
+        }
+    }
+    let deviations: Vec<f64> = squares.into_iter().filter(|s| *s > 0.0).map(f64::sqrt).collect();
+    let largest = deviations.iter().copied().fold(0.0, f64::max);
+    let beyond =
+        |t: f64| deviations.iter().map(|s| libm::erfc(t / (s * std::f64::consts::SQRT_2))).sum::<f64>();
+    let (mut short, mut long) = (LEAST * largest, MOST * largest);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (short + long);
+        if beyond(middle) > EXCEEDANCE {
+            short = middle;
+        } else {
+            long = middle;
+        }
+    }
+    long
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sombrero_search::Model;
+    use sombrero_shapes as shapes;
+    use sombrero_watermark::{Preset, gaussians};
+
+    #[test]
+    fn few_marks_go_beyond_and_none_far() {
+        let model = Model::new(&shapes::bumpy_sphere(600));
+        let basis = model.basis(&Preset::Paper.parameters().basis).unwrap();
+        let limit = longest_displacement(&basis);
+        let longest = |seed: u64| {
+            let mut bytes = [0; 32];
+            bytes[..8].copy_from_slice(&seed.to_le_bytes());
+            let w = gaussians(bytes, basis.functions().len());
+            basis.displacements(&w, 1.0).iter().map(|d| d.norm()).fold(0.0, f64::max)
+        };
+        let all: Vec<f64> = (0..2000).map(longest).collect();
+        // 2 are expected at most; 12 have a probability of 1e-6.
+        assert!(all.iter().filter(|d| **d > limit).count() < 12);
+        // And the limit is not far from what happens.
+        assert!(all.iter().copied().fold(0.0, f64::max) > 0.6 * limit);
+    }
+}
