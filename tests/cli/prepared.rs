@@ -7,7 +7,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use sombrero::basis::BasisFunction;
 use sombrero::io::Document;
-use sombrero::watermark::{Derivation, Key, OriginalDigest};
+use sombrero::watermark::{Derivation, Key, OriginalDigest, embed as insert};
 use sombrero::{Detector, EmbedOptions, embed};
 use sombrero_tests::Workshop;
 use std::os::unix::fs::PermissionsExt;
@@ -141,12 +141,22 @@ fn prepared_files_vouch_for_nothing() {
         &derby.basis_sha256,
         Derivation::STANDARD,
     );
-    let file = Detector::new(&original, derby).unwrap().prepared_basis();
+    let detector = Detector::new(&original, derby).unwrap();
+    let file = detector.prepared_basis();
     workshop.write("forged.key", forged.to_json());
     workshop.write("forged.key.prepared", forged_for(&forged, &file));
     // w follows from the basis too, so there is nothing to be found; and the key is found out by verifying.
     let asked = "detect marked.obj --original original.obj --key forged.key";
     assert_eq!(workshop.line(asked).status, Some(1));
+    // Even in what was marked with them the mark is not called found before the basis is derived anew.
+    let model = detector.model();
+    let points = insert(&model.soup().points, detector.basis(), &forged.watermark, forged.parameters.epsilon);
+    let suspect = original.with_points(&model.stored_from_points(&points)).unwrap();
+    workshop.write("suspect.obj", suspect);
+    let asked = "detect suspect.obj --original original.obj --key forged.key";
+    assert_eq!(refused(&workshop, &arguments(asked), &["forged.key", "basis"]), "key");
+    let trusted = format!("{asked} --prepared forged.key.prepared");
+    assert_eq!(workshop.line(&trusted).status, Some(0));
     let asked = "verify forged.key --original original.obj";
     assert_eq!(refused(&workshop, &arguments(asked), &["forged.key", "basis"]), "key");
 }

@@ -41,7 +41,7 @@ pub enum EmbedError {
     },
     /// The longest displacement leaves nothing of the mark.
     #[error(
-        "a longest displacement of {most} leaves an epsilon of {epsilon:e}, less than {:e}, which no file keeps; allow a larger one",
+        "a longest displacement of {most:e} leaves an epsilon of {epsilon:e}, less than {:e}, which no file keeps; allow a larger one",
         EPSILONS.start()
     )]
     TooLittle {
