@@ -7,7 +7,8 @@ mod upkeep;
 
 use clap::{Parser, Subcommand};
 use experiments::{
-    alignment, benchmark, calibrate, collusion, figures, forgery, peers, presets, roc, scaling, tables,
+    alignment, benchmark, calibrate, collusion, figures, forgery, ordeal, peers, presets, roc, scaling,
+    tables,
 };
 use std::path::PathBuf;
 use upkeep::{ci, hostile, models, package, tidy};
@@ -39,7 +40,7 @@ enum Verb {
     Collusion(collusion::Collusion),
     /// Redraw Figures 1, 2, 4 and 5.
     Figures(figures::Figures),
-    /// Try ten million keys on a mesh that none of them marked, and say what a try costs.
+    /// Claim what is not one's own in every way that there is, and count what it brings.
     Forgery(forgery::Forgery),
     /// Feed every reader with mutated files and see that none panics, hangs or takes much memory.
     Hostile(hostile::Hostile),
@@ -47,6 +48,8 @@ enum Verb {
     Models(models::Models),
     /// Say in which order the crates are published, and package them all.
     Package,
+    /// Mark a thousand random originals, attack them at random, and look whether every question gets an answer.
+    Ordeal(ordeal::Ordeal),
     /// Compare sets of parameters at equal distortion.
     Presets(presets::Presets),
     /// Recompute Figure 6, how often a mark is missed under noise.
@@ -72,11 +75,12 @@ fn main() -> anyhow::Result<()> {
         Verb::Calibrate(args) => calibrate::run(&args, &folder),
         Verb::Ci => ci::run(&folder),
         Verb::Figures(args) => figures::run(&args, &folder),
-        Verb::Forgery(args) => forgery::run(&args),
         Verb::Collusion(args) => collusion::run(&args, &folder),
+        Verb::Forgery(args) => forgery::run(&args),
         Verb::Hostile(args) => hostile::run(&args),
         Verb::Models(args) => models::run(&args, &folder),
         Verb::Package => package::run(),
+        Verb::Ordeal(args) => ordeal::run(&args, &folder),
         Verb::Presets(args) => presets::run(&args, &folder),
         Verb::Roc(args) => roc::run(&args, &folder),
         Verb::Scaling(args) => scaling::run(&args),

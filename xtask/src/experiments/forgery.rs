@@ -1,150 +1,108 @@
-//! `cargo xtask forgery`: what it buys to try keys, for somebody who claims a mesh that he never marked.
+//! `cargo xtask forgery`: what a dishonest claimant gets for his tries.
 //!
-//! The suspect is an unmarked mesh with noise. The claimant has a copy without noise as his "original" and makes keys of
-//! the fewest coefficients, one secret after the other, with a derivation that costs nothing. By Law 1 every p is uniform,
-//! so of k tries k p should get below p. What the real derivation adds is the time that a try takes.
+//! He claims a mesh that carries no mark of his, and chooses the original, the key and the options after he has seen it
+//! (Craver et al. 1998). Three questions: what tries bring (grinding), what they cost (Argon2id), and whether anything but
+//! tries brings more (the game). The first and the last take keys whose derivation costs nothing.
 
-use super::case::Case;
-use anyhow::ensure;
-use nalgebra::Point3;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
+mod game;
+mod grinding;
+mod price;
+
+use clap::Args;
 use serde::Serialize;
-use sombrero::attacks::noise;
-use sombrero::basis::BasisOptions;
-use sombrero::io::{Document, Format, encode};
-use sombrero::shapes;
-use sombrero::stats::{WatermarkTestOptions, watermark_test, wilson_interval};
-use sombrero::watermark::{
-    COEFFICIENTS, Derivation, Identity, Key, OriginalDigest, Parameters, Preset, Secret,
-};
+use sombrero::stats::wilson_interval;
+use std::fmt::Write;
 use std::path::PathBuf;
-use std::time::Instant;
 
-/// How far tries lead.
-#[derive(clap::Args)]
+/// How much to try.
+#[derive(Args)]
 pub(crate) struct Forgery {
-    /// Keys that the claimant tries.
+    /// Secrets that are tried against one suspect.
     #[arg(long, default_value_t = 10_000_000)]
-    tries: usize,
-    /// Where `forgery.json` is written.
-    #[arg(long, default_value = "docs")]
+    grinding: u64,
+    /// Derivations that are timed.
+    #[arg(long, default_value_t = 20)]
+    derivations: u32,
+    /// Pairs of an original and a suspect in the claimant's game.
+    #[arg(long, default_value_t = 200)]
+    games: u64,
+    /// Keys for each of them.
+    #[arg(long, default_value_t = 500)]
+    keys: usize,
+    /// Suspects that one key can be held against.
+    #[arg(long, default_value_t = 200)]
+    suspects: u64,
+    /// Where `forgery.md` and `forgery.json` are written.
+    #[arg(long, default_value = "docs/evidence")]
     out: PathBuf,
 }
 
-/// p of 10 to minus these are counted.
-const EXPONENTS: [i32; 7] = [1, 2, 3, 4, 5, 6, 7];
-/// What a claimant may want to reach.
-const WANTED: [i32; 4] = [-6, -9, -12, -20];
-const CONFIDENCE: f64 = 0.999;
-/// Derivations that are timed.
-const TIMED: u8 = 20;
+const SEED: u64 = 2026;
 
-/// `forgery.json`.
+/// How many tries were at most 10^-k.
+#[derive(Serialize)]
+struct Rate {
+    k: i32,
+    expected: f64,
+    count: u64,
+    /// Whether so many are no more than chance allows (99.9 %, Wilson) where each is at most 10^-k probable.
+    holds: bool,
+}
+
+impl Rate {
+    /// The rates of 10^-1 and on, given how many reached each.
+    fn all(counts: &[u64], tries: u64) -> Vec<Self> {
+        let rate = |(k, &count): (i32, &u64)| {
+            let theory = 10f64.powi(-k);
+            let interval = wilson_interval(count as usize, tries as usize, 0.999);
+            let holds = interval.is_none_or(|interval| interval.low <= theory);
+            Self { k, expected: tries as f64 * theory, count, holds }
+        };
+        (1..).zip(counts).map(rate).collect()
+    }
+}
+
 #[derive(Serialize)]
 struct Report {
-    coefficients: usize,
-    tries: usize,
-    best_log10_p: f64,
-    reached: Vec<Reached>,
-    derivation: String,
-    derivations_per_second_and_core: f64,
-    cost: Vec<Cost>,
-}
-
-/// How many tries got below one p.
-#[derive(Serialize)]
-struct Reached {
-    log10_p: i32,
-    hits: usize,
-    expected: f64,
-    within_interval: bool,
-}
-
-/// What it costs to reach one p.
-#[derive(Serialize)]
-struct Cost {
-    log10_p: i32,
-    core_years: f64,
+    seed: u64,
+    grinding: grinding::Grinding,
+    price: price::Price,
+    game: game::Game,
+    choice: game::Choice,
 }
 
 pub(crate) fn run(args: &Forgery) -> anyhow::Result<()> {
-    let log10_p = tried(args.tries)?;
-    let reached: Vec<Reached> = EXPONENTS.iter().map(|&k| reached(&log10_p, -k)).collect();
-    let rate = derivations_per_second();
-    let years = |log10_p: i32| 10_f64.powi(-log10_p) / rate / (365.25 * 86_400.0);
     let report = Report {
-        coefficients: *COEFFICIENTS.start(),
-        tries: args.tries,
-        best_log10_p: log10_p.iter().copied().fold(0.0, f64::min),
-        reached,
-        derivation: Derivation::STANDARD.to_string(),
-        derivations_per_second_and_core: rate,
-        cost: WANTED.iter().map(|&log10_p| Cost { log10_p, core_years: years(log10_p) }).collect(),
+        seed: SEED,
+        price: price::Price::measure(args.derivations)?,
+        grinding: grinding::Grinding::run(args.grinding)?,
+        game: game::Game::run(args.games, args.keys)?,
+        choice: game::Choice::run(args.suspects, 2 * args.keys)?,
     };
-    println!("{}", markdown(&report));
+    let text = markdown(&report);
+    println!("{text}");
     std::fs::create_dir_all(&args.out)?;
-    std::fs::write(args.out.join("forgery.json"), serde_json::to_string_pretty(&report)? + "\n")?;
-    ensure!(report.reached.iter().all(|r| r.within_interval), "tries reach something else than chance says");
+    std::fs::write(args.out.join("forgery.md"), text)?;
+    let json = serde_json::to_string_pretty(&report)? + "\n";
+    std::fs::write(args.out.join("forgery.json"), json)?;
+    let broken = report.game.rates.iter().filter(|rate| !rate.holds).count()
+        + report.grinding.tests.iter().flat_map(|test| &test.rates).filter(|rate| !rate.holds).count();
+    anyhow::ensure!(broken == 0, "{broken} rates are higher than the probabilities that were told");
     Ok(())
 }
 
-/// log10 p of every try.
-fn tried(tries: usize) -> anyhow::Result<Vec<f64>> {
-    let document = Document::parse(encode(Format::Obj, &shapes::bumpy_sphere(700))?, None)?;
-    let preset = Preset::Paper.parameters();
-    let basis = BasisOptions { coefficients: *COEFFICIENTS.start(), ..preset.basis };
-    let case = Case::new(document, Parameters { preset: None, basis, ..preset })?;
-    let points = &case.soup().points;
-    let suspect: Vec<Option<Point3<f64>>> =
-        noise(points, 0.01, &mut ChaCha8Rng::seed_from_u64(1)).into_iter().map(Some).collect();
-    let found = case.extract(&suspect)?;
-    let original = OriginalDigest::of(case.document.parts());
-    let (digest, stub) = (case.detector.basis().digest(), Derivation::stub_for_experiments());
-    let one = |number: usize| {
-        let mut secret = Secret([0; 32]);
-        secret.0[..8].copy_from_slice(&(number as u64).to_le_bytes());
-        let key = Key::new(&original, Identity::default(), secret, case.parameters, &digest, stub);
-        Ok(watermark_test(&key.watermark, &found, &WatermarkTestOptions::default())?.log10_p())
-    };
-    (0..tries).into_par_iter().map(one).collect()
-}
-
-fn reached(all: &[f64], log10_p: i32) -> Reached {
-    let hits = all.iter().filter(|p| **p <= f64::from(log10_p)).count();
-    let chance = 10_f64.powi(log10_p);
-    let within_interval =
-        wilson_interval(hits, all.len(), CONFIDENCE).is_some_and(|interval| interval.contains(chance));
-    Reached { log10_p, hits, expected: chance * all.len() as f64, within_interval }
-}
-
-/// On one core, other work aside.
-fn derivations_per_second() -> f64 {
-    let original = OriginalDigest::of_file(b"");
-    let start = Instant::now();
-    for number in 0..TIMED {
-        let (secret, parameters) = (Secret([number; 32]), Preset::Paper.parameters());
-        Key::new(&original, Identity::default(), secret, parameters, &[0; 32], Derivation::STANDARD);
-    }
-    f64::from(TIMED) / start.elapsed().as_secs_f64()
-}
-
 fn markdown(report: &Report) -> String {
-    let mut lines = vec![
-        format!(
-            "{} tries at {} coefficients, best log10 p {:.2}",
-            report.tries, report.coefficients, report.best_log10_p
-        ),
-        String::new(),
-        "| log10 p | reached | expected |".into(),
-        "|---:|---:|---:|".into(),
-    ];
-    lines.extend(report.reached.iter().map(|r| format!("| {} | {} | {} |", r.log10_p, r.hits, r.expected)));
-    lines.push(format!(
-        "\n{:.2} derivations ({}) a second and core\n\n| log10 p | core-years |\n|---:|---:|",
-        report.derivations_per_second_and_core, report.derivation
-    ));
-    lines.extend(report.cost.iter().map(|c| format!("| {} | {:.2e} |", c.log10_p, c.core_years)));
-    lines.join("\n")
+    let mut out = String::from(
+        "# What a forger gets for his tries\n\nWritten by `cargo xtask forgery`; what follows from it stands in \
+         [evidence.md](../evidence.md).\n\n",
+    );
+    report.grinding.write(&mut out);
+    report.price.write(&mut out);
+    report.game.write(&mut out);
+    report.choice.write(&mut out);
+    out
+}
+
+fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
+    writeln!(out, "{text}").expect("text can be written to a string");
 }

@@ -8,6 +8,7 @@ mod case;
 pub(crate) mod collusion;
 pub(crate) mod figures;
 pub(crate) mod forgery;
+pub(crate) mod ordeal;
 pub(crate) mod peers;
 mod plot;
 pub(crate) mod presets;
