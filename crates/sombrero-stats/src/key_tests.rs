@@ -20,15 +20,25 @@ use crate::{
 pub struct Statistic {
     /// The name, such as "ellipsoid".
     pub name: &'static str,
-    /// The least error that each coefficient is taken to have, in standard deviations of w's coefficients; 0 for none.
-    pub floor: f64,
+    /// The least error that each coefficient is taken to have, in standard deviations of w's coefficients, where a
+    /// statistic knows of errors.
+    pub floor: Option<f64>,
     /// The absolute value beyond which extracted coefficients are dropped, in standard deviations of w's coefficients.
     pub outlier_threshold: Option<f64>,
     prepare: fn(&Extracted, &Statistic) -> Result<Prepared, KeyTestError>,
 }
 
-/// A statistic that is ready for any number of watermarks: p of one, and how many coefficients were compared.
-type Prepared = Box<dyn Fn(&[f64]) -> Result<(LogProbability, usize), KeyTestError> + Send + Sync>;
+/// A statistic that is ready for any number of watermarks.
+type Prepared = Box<dyn Fn(&[f64]) -> Result<Answer, KeyTestError> + Send + Sync>;
+
+/// What a statistic says about one watermark.
+struct Answer {
+    p: LogProbability,
+    /// How many coefficients were compared.
+    used: usize,
+    /// ρ, of a statistic that has one.
+    correlation: Option<f64>,
+}
 
 /// An estimate as the statistics see it.
 struct Extracted {
@@ -43,14 +53,23 @@ struct Extracted {
 /// Floors: residuals of a structured attack (a second mark, a registration that is off) are not independent, which the
 /// precision takes them for.
 pub const STATISTICS: [Statistic; 5] =
-    [correlation(Some(2.5)), ellipsoid(0.0), ellipsoid(0.1), ellipsoid(0.3), ellipsoid(1.0)];
-
-const fn correlation(outlier_threshold: Option<f64>) -> Statistic {
-    Statistic { name: "correlation", floor: 0.0, outlier_threshold, prepare: prepare_correlation }
-}
+    [Statistic::CORRELATION, ellipsoid(0.0), ellipsoid(0.1), ellipsoid(0.3), ellipsoid(1.0)];
 
 const fn ellipsoid(floor: f64) -> Statistic {
-    Statistic { name: "ellipsoid", floor, outlier_threshold: None, prepare: prepare_ellipsoid }
+    Statistic { name: "ellipsoid", floor: Some(floor), outlier_threshold: None, prepare: prepare_ellipsoid }
+}
+
+impl Statistic {
+    /// The paper's test: coefficients beyond 2.5 are dropped, all others count alike.
+    pub const CORRELATION: Self =
+        Self { name: "correlation", floor: None, outlier_threshold: Some(2.5), prepare: prepare_correlation };
+}
+
+/// Rows of one name differ in their floor.
+impl PartialEq for Statistic {
+    fn eq(&self, other: &Self) -> bool {
+        (self.name, self.floor) == (other.name, other.floor)
+    }
 }
 
 fn prepare_correlation(extracted: &Extracted, row: &Statistic) -> Result<Prepared, KeyTestError> {
@@ -58,14 +77,14 @@ fn prepare_correlation(extracted: &Extracted, row: &Statistic) -> Result<Prepare
     let options = WatermarkTestOptions { outlier_threshold: row.outlier_threshold };
     Ok(Box::new(move |w| {
         let test = watermark_test(w, &known, &options)?;
-        Ok((test.p, test.used))
+        Ok(Answer { p: test.p, used: test.used, correlation: Some(test.rho()) })
     }))
 }
 
 fn prepare_ellipsoid(extracted: &Extracted, row: &Statistic) -> Result<Prepared, KeyTestError> {
-    let ellipsoid = extracted.ellipsoid.with_floor(row.floor)?;
+    let ellipsoid = extracted.ellipsoid.with_floor(row.floor.unwrap_or(0.0))?;
     let used = extracted.known.iter().flatten().count();
-    Ok(Box::new(move |w| Ok((ellipsoid.test(w)?.bound, used))))
+    Ok(Box::new(move |w| Ok(Answer { p: ellipsoid.test(w)?.bound, used, correlation: None })))
 }
 
 /// Everything that one estimate can be asked, prepared once for any number of watermarks.
@@ -80,7 +99,7 @@ fn prepare_ellipsoid(extracted: &Extracted, row: &Statistic) -> Result<Prepared,
 ///
 /// let result = tests.compare(&[0.9, -1.2, 0.3, 1.7])?;
 /// let best = result.tests.iter().min_by(|a, b| a.p.ln().total_cmp(&b.p.ln())).expect("there are tests");
-/// assert_eq!((best.statistic.name, best.statistic.floor), ("ellipsoid", 0.0));
+/// assert_eq!((best.statistic.name, best.statistic.floor), ("ellipsoid", Some(0.0)));
 /// assert!(result.correlation > 0.99 && best_of(best.p, KeyTests::COUNT).p() < 0.01);
 /// # Ok::<(), sombrero_stats::KeyTestError>(())
 /// ```
@@ -93,7 +112,7 @@ pub struct KeyTests {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Comparison {
-    /// Pearson's ρ of what the correlation test compares; 0 where there is none.
+    /// Pearson's ρ of the coefficients that the correlation's test compares; 0 where there is none.
     pub correlation: f64,
     /// One answer for each row of [`STATISTICS`], in their order.
     pub tests: Vec<KeyTest>,
@@ -147,13 +166,13 @@ impl KeyTests {
     /// # Errors
     /// [`KeyTestError`] when the watermark has another length than w* or a value that is not finite.
     pub fn compare(&self, watermark: &[f64]) -> Result<Comparison, KeyTestError> {
-        let correlation = watermark_test(watermark, &self.extracted.known, &WatermarkTestOptions::default())?;
-        let answer = |(row, prepared): (&Statistic, &Prepared)| {
-            let (p, used) = prepared(watermark)?;
-            Ok(KeyTest { statistic: *row, p, used })
-        };
-        let tests = STATISTICS.iter().zip(&self.prepared).map(answer).collect::<Result<_, KeyTestError>>()?;
-        Ok(Comparison { correlation: correlation.rho(), tests })
+        let mut compared = Comparison { correlation: 0.0, tests: Vec::with_capacity(Self::COUNT) };
+        for (statistic, prepared) in STATISTICS.into_iter().zip(&self.prepared) {
+            let Answer { p, used, correlation } = prepared(watermark)?;
+            compared.tests.push(KeyTest { statistic, p, used });
+            compared.correlation = correlation.unwrap_or(compared.correlation);
+        }
+        Ok(compared)
     }
 
     /// w* with its precision, for [`accuse`](crate::accuse).
@@ -172,9 +191,9 @@ impl Comparison {
 
 impl std::fmt::Display for Statistic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.floor > 0.0 {
-            true => write!(f, "{}, floor {}", self.name, self.floor),
-            false => f.write_str(self.name),
+        match self.floor {
+            Some(floor) => write!(f, "{}, floor {floor}", self.name),
+            None => f.write_str(self.name),
         }
     }
 }
@@ -212,7 +231,7 @@ mod tests {
         assert_eq!(compared.correlation, plain.rho());
         let ellipsoid = Ellipsoid::new(&found, &precision).unwrap();
         for test in &compared.tests[1..] {
-            let alone = ellipsoid.with_floor(test.statistic.floor).unwrap().test(&w).unwrap();
+            let alone = ellipsoid.with_floor(test.statistic.floor.unwrap()).unwrap().test(&w).unwrap();
             assert_eq!((test.p, test.used), (alone.bound, 4), "{}", test.statistic);
         }
         let least = compared.tests.iter().map(|t| t.p.ln()).fold(0.0, f64::min);

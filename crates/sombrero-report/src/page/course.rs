@@ -5,7 +5,7 @@ use super::viewer::THREE_VERSION;
 use super::words::{decimal, p_value, pair, percent};
 use crate::evidence::PROGRAM;
 use maud::{Markup, html};
-use sombrero::{Alignment, Detection, Method, Test, Variant};
+use sombrero::{Alignment, Detection, Method, Variant};
 
 /// `side` is the largest side of the original.
 pub(super) fn section(detection: &Detection, side: f64) -> Markup {
@@ -67,14 +67,6 @@ fn compared(method: Method, resampling: bool) -> &'static str {
     }
 }
 
-fn test(variant: &Variant) -> String {
-    match variant.test {
-        Test::Correlation => "correlation".to_owned(),
-        Test::Ellipsoid => format!("ellipsoid, floor {}", variant.floor),
-        _ => "another".to_owned(),
-    }
-}
-
 fn variant_row(method: Method, variant: &Variant, winner: Variant) -> Markup {
     let word = |yes: bool| if yes { "yes" } else { "no" };
     let counts = *variant == winner;
@@ -83,7 +75,7 @@ fn variant_row(method: Method, variant: &Variant, winner: Variant) -> Markup {
             td { (word(variant.registration)) }
             td { (compared(method, variant.resampling)) }
             td { (variant.nuisance) }
-            td { (test(variant)) }
+            td { (variant.test) }
             td.number { (p_value(variant.log10_p)) }
             td.number { (decimal(variant.correlation, 3)) }
             td { @if counts { "this one" } }

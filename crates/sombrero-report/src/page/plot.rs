@@ -2,8 +2,7 @@
 
 use super::words::decimal;
 use maud::{Markup, html};
-use sombrero::Test;
-use sombrero::stats::WatermarkTestOptions;
+use sombrero::stats::Statistic;
 
 /// Side of the square picture in its own units.
 const SIDE: f64 = 440.0;
@@ -25,11 +24,8 @@ pub(super) struct Plot {
 
 impl Plot {
     /// The correlation's test drops extracted coefficients of unusual size, the ellipsoid's keeps all.
-    pub(super) fn new(inserted: &[f64], extracted: &[Option<f64>], test: Test) -> Self {
-        let limit = match test {
-            Test::Correlation => WatermarkTestOptions::default().outlier_threshold,
-            _ => None,
-        };
+    pub(super) fn new(inserted: &[f64], extracted: &[Option<f64>], test: Statistic) -> Self {
+        let limit = test.outlier_threshold;
         let mut plot = Self { used: vec![], dropped: vec![], missing: vec![], limit, reach: 3.0 };
         for (&w, e) in inserted.iter().zip(extracted).filter(|(w, _)| w.is_finite()) {
             match e.filter(|e| e.is_finite()) {

@@ -7,7 +7,7 @@ use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
 use sombrero::watermark::{Identity, Secret};
-use sombrero::{Alignment, Claim, DetectOptions, Detector, EmbedOptions, Model, Test, When, detect, embed};
+use sombrero::{Alignment, Claim, DetectOptions, Detector, EmbedOptions, Model, When, detect, embed};
 use std::sync::OnceLock;
 
 /// A detection and what it came from.
@@ -176,7 +176,7 @@ fn text_from_outside_is_escaped() {
 #[test]
 fn the_plot_has_a_sign_for_each_coefficient() {
     let mut case = marked();
-    case.detection.variant.test = Test::Correlation;
+    case.detection.variant.test = sombrero::stats::Statistic::CORRELATION;
     let total = case.key.watermark.len();
     case.detection.extracted[3] = None;
     case.detection.extracted[4] = Some(f64::NAN);

@@ -2,10 +2,11 @@
 
 use super::options::Method;
 use nalgebra::{Affine3, Matrix4, Point3};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use sombrero_extraction::Estimate;
 use sombrero_registration::Registration;
 use sombrero_search::Stages;
+use sombrero_stats::Statistic;
 
 /// The answer of a detection: what was found of one mark in one suspect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,8 +60,9 @@ pub struct Variant {
     pub resampling: bool,
     /// The name of what was solved for beside the coefficients.
     pub nuisance: &'static str,
-    /// The test.
-    pub test: Test,
+    /// The test by which inserted and extracted coefficients were compared.
+    #[serde(serialize_with = "name")]
+    pub test: Statistic,
     /// The least standard error that the ellipsoid test took, in standard deviations of the watermark; 0 for none.
     pub floor: f64,
     /// log10 p of this variant alone, uncorrected.
@@ -69,15 +71,10 @@ pub struct Variant {
     pub correlation: f64,
 }
 
-/// A comparison of inserted with extracted coefficients.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum Test {
-    /// Correlation and t test, all coefficients alike.
-    Correlation,
-    /// Distance in units of standard errors.
-    Ellipsoid,
+/// A statistic, as the answer names it.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn name<S: Serializer>(statistic: &Statistic, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(statistic.name)
 }
 
 /// A registration's result.

@@ -4,7 +4,7 @@ use sombrero_basis::BasisError;
 use sombrero_extraction::ExtractError;
 use sombrero_resampling::ResampleError;
 use sombrero_search::{OriginalError, SearchError};
-use sombrero_stats::{EllipsoidError, WatermarkTestError};
+use sombrero_stats::{EllipsoidError, KeyTestError, WatermarkTestError};
 use sombrero_watermark::Mismatch;
 use thiserror::Error;
 
@@ -43,10 +43,19 @@ pub enum DetectError {
     Extract(#[from] ExtractError),
     /// The coefficients cannot be compared.
     #[error(transparent)]
-    Test(#[from] WatermarkTestError),
-    /// The coefficients cannot be compared.
-    #[error(transparent)]
-    Ellipsoid(#[from] EllipsoidError),
+    Test(#[from] KeyTestError),
+}
+
+impl From<WatermarkTestError> for DetectError {
+    fn from(error: WatermarkTestError) -> Self {
+        Self::Test(error.into())
+    }
+}
+
+impl From<EllipsoidError> for DetectError {
+    fn from(error: EllipsoidError) -> Self {
+        Self::Test(error.into())
+    }
 }
 
 impl From<OriginalError> for DetectError {

@@ -8,11 +8,10 @@ mod paper;
 pub(crate) mod robust;
 
 pub(crate) use detection::positions;
-pub use detection::{Alignment, Detection, Test, Variant};
+pub use detection::{Alignment, Detection, Variant};
 pub use detector::Detector;
 pub use error::DetectError;
 pub use options::{DetectOptions, Method};
-pub use robust::FLOORS;
 
 use sombrero_io::Document;
 use sombrero_search::Stages;

@@ -1,6 +1,6 @@
 //! The paper's method: with and without registration, with and without resampling, and the best counts.
 
-use super::detection::{Alignment, Detection, Test, Variant, few};
+use super::detection::{Alignment, Detection, Variant, few};
 use super::error::DetectError;
 use super::options::{DetectOptions, Method};
 use nalgebra::{Point3, Similarity3};
@@ -11,7 +11,7 @@ use sombrero_mesh::Soup;
 use sombrero_registration::{RegisterOptions, Registration, register};
 use sombrero_resampling::{ResampleOptions, resample};
 use sombrero_search::{Original, SearchError, Stages, Suspect, When};
-use sombrero_stats::{WatermarkTest, WatermarkTestOptions, best_of, watermark_test};
+use sombrero_stats::{Statistic, WatermarkTest, WatermarkTestOptions, best_of, watermark_test};
 
 pub(super) fn detect(
     original: &Original,
@@ -111,7 +111,7 @@ impl<'a> Attempts<'a> {
             registration,
             resampling,
             nuisance: "none",
-            test: Test::Correlation,
+            test: Statistic::CORRELATION,
             floor: 0.0,
             log10_p: test.log10_p(),
             correlation: test.rho(),

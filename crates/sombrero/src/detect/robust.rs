@@ -1,21 +1,14 @@
-//! The robust method's verdict on one key: of every estimate a correlation and ellipsoids, and the best counts.
+//! The robust method's verdict on one key: every estimate is put to all tests, and the best counts.
 //!
 //! Every test on the way counts as a variant.
 
-use super::detection::{Alignment, Detection, Test, Variant, few, positions};
+use super::detection::{Alignment, Detection, Variant, few, positions};
 use super::error::DetectError;
 use super::options::{DetectOptions, Method};
 use nalgebra::Affine3;
 use sombrero_extraction::Estimate;
 use sombrero_search::{Examiner, Hypothesis, Original, SearchError, SearchOutcome, Stages, Suspect, search};
-use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, best_of, watermark_test};
-
-/// Least standard errors for the ellipsoid test, in standard deviations of the watermark: residuals of a structured
-/// attack are not independent, which the errors take them for.
-pub const FLOORS: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
-
-/// The correlation and the ellipsoids.
-pub(crate) const TESTS: usize = 1 + FLOORS.len();
+use sombrero_stats::{KeyTest, KeyTests, LogProbability, best_of};
 
 pub(super) fn detect(
     original: &Original,
@@ -72,7 +65,7 @@ struct Outcome {
 
 impl Examiner for OneKey<'_> {
     type Error = DetectError;
-    const TESTS: usize = TESTS;
+    const TESTS: usize = KeyTests::COUNT;
 
     fn examine(
         &mut self,
@@ -80,32 +73,23 @@ impl Examiner for OneKey<'_> {
         estimate: &Estimate,
         seconds: &mut Stages,
     ) -> Result<(), DetectError> {
-        let w = self.watermark;
         let Hypothesis { nuisance, resampling, pose, .. } = *hypothesis;
-        let extracted = estimate.known();
-        let correlation = watermark_test(w, &extracted, &WatermarkTestOptions::default())?;
-        let ellipsoid =
-            seconds.time("tests", || Ellipsoid::new(&estimate.coefficients, &estimate.precision))?;
-        let mut tests = vec![(Test::Correlation, 0.0, correlation.p)];
-        for floor in FLOORS {
-            tests.push((Test::Ellipsoid, floor, ellipsoid.with_floor(floor)?.test(w)?.bound));
-        }
-        for (test, floor, p) in tests {
+        let compared = seconds.time("tests", || {
+            KeyTests::new(&estimate.coefficients, estimate.known(), &estimate.precision)?
+                .compare(self.watermark)
+        })?;
+        for KeyTest { statistic, p, used, .. } in compared.tests {
             let variant = Variant {
                 registration: pose.is_some(),
                 resampling,
                 nuisance,
-                test,
-                floor,
+                test: statistic,
+                floor: statistic.floor.unwrap_or(0.0),
                 log10_p: p.log10(),
-                correlation: correlation.rho(),
+                correlation: compared.correlation,
             };
             self.variants.push(variant);
             if self.best.as_ref().is_none_or(|best| p < best.p) {
-                let used = match test {
-                    Test::Correlation => correlation.used,
-                    Test::Ellipsoid => extracted.iter().flatten().count(),
-                };
                 self.best = Some(Outcome { variant, p, used, estimate: estimate.clone(), pose });
             }
         }

@@ -1,11 +1,11 @@
 //! The examiner for many keys: each is tested alone, and beside those that the others show.
 
-use crate::detect::{DetectError, FLOORS, robust};
+use crate::detect::DetectError;
 use nalgebra::Affine3;
 use rayon::prelude::*;
 use sombrero_extraction::Estimate;
 use sombrero_search::{Examiner, Hypothesis, Stages};
-use sombrero_stats::{Ellipsoid, LogProbability, WatermarkTestOptions, accuse, watermark_test};
+use sombrero_stats::{KeyTests, LogProbability, accuse};
 
 /// The best test of one key so far.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +36,7 @@ impl<'a> ManyKeys<'a> {
 impl Examiner for ManyKeys<'_> {
     type Error = DetectError;
     /// Those of one key, and one beside the others.
-    const TESTS: usize = robust::TESTS + 1;
+    const TESTS: usize = KeyTests::COUNT + 1;
 
     fn examine(
         &mut self,
@@ -44,22 +44,15 @@ impl Examiner for ManyKeys<'_> {
         estimate: &Estimate,
         seconds: &mut Stages,
     ) -> Result<(), DetectError> {
-        let extracted = estimate.known();
         let scores = seconds.time("tests", || {
-            let ellipsoid = Ellipsoid::new(&estimate.coefficients, &estimate.precision)?;
-            let ellipsoids = FLOORS.map(|floor| ellipsoid.with_floor(floor));
-            let ellipsoids = ellipsoids.into_iter().collect::<Result<Vec<_>, _>>()?;
-            let options = WatermarkTestOptions::default();
+            let tests = KeyTests::new(&estimate.coefficients, estimate.known(), &estimate.precision)?;
             let alone = |w: &&[f64]| {
-                let correlation = watermark_test(w, &extracted, &options)?;
-                let mut p = correlation.p;
-                for ellipsoid in &ellipsoids {
-                    p = smaller(p, ellipsoid.test(w)?.bound);
-                }
-                Ok::<_, DetectError>(Score { p, correlation: correlation.rho(), beside_others: false })
+                let compared = tests.compare(w)?;
+                let correlation = compared.correlation;
+                Ok::<_, DetectError>(Score { p: compared.best(), correlation, beside_others: false })
             };
             let mut scores = self.watermarks.par_iter().map(alone).collect::<Result<Vec<_>, _>>()?;
-            let beside = accuse(&self.watermarks, &ellipsoid)?;
+            let beside = accuse(&self.watermarks, tests.ellipsoid())?;
             for (score, p) in scores.iter_mut().zip(beside) {
                 if p < score.p {
                     *score = Score { p, beside_others: true, ..*score };

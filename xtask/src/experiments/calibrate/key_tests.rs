@@ -2,9 +2,10 @@
 
 use super::LAST;
 use serde::Serialize;
-use sombrero::FLOORS;
 use sombrero::extraction::Estimate;
-use sombrero::stats::{Ellipsoid, LogProbability, WatermarkTestOptions, watermark_test};
+use sombrero::stats::{
+    Ellipsoid, LogProbability, STATISTICS, Statistic, WatermarkTestOptions, watermark_test,
+};
 
 /// A suspect by name, and how many coefficients could be extracted from it. The test leaves out those beyond 2.5;
 /// with fewer than three left, as another model may have, p is 1 for every watermark.
@@ -66,15 +67,14 @@ impl KeyTest {
 
 /// Every test that the robust method makes of an estimate.
 pub(super) fn key_tests(name: &str, estimate: &Estimate) -> anyhow::Result<Vec<Extracted>> {
-    let mut key_tests = vec![Extracted {
-        name: format!("{name}, correlation"),
-        test: KeyTest::Correlation(estimate.known()),
-    }];
-    for floor in FLOORS {
-        let test = KeyTest::ellipsoid(estimate, floor)?;
-        key_tests.push(Extracted { name: format!("{name}, ellipsoid, floor {floor}"), test });
-    }
-    Ok(key_tests)
+    let key_test = |statistic: Statistic| {
+        let test = match statistic.floor {
+            None => KeyTest::Correlation(estimate.known()),
+            Some(floor) => KeyTest::ellipsoid(estimate, floor)?,
+        };
+        Ok(Extracted { name: format!("{name}, {statistic}"), test })
+    };
+    STATISTICS.into_iter().map(key_test).collect()
 }
 
 impl Extracted {
