@@ -204,7 +204,11 @@ fn a_figure_that_was_changed_is_found() {
     workshop.write("found.json", &found.stdout);
     for report in ["found.html", "found.json"] {
         let verified = workshop.line(&format!("verify {report}"));
-        assert!(verified.text().starts_with(&format!("HOLDS: every figure of {report} was found again\n")));
+        assert!(
+            verified.text().starts_with(&format!("HOLDS: every figure of {report} ")),
+            "{}",
+            verified.stdout
+        );
     }
 
     let mut changed = answer.clone();
@@ -249,8 +253,122 @@ fn files_are_found_beside_a_report_that_was_moved() {
     std::fs::rename(workshop.path("case/vase.key"), workshop.path("elsewhere.key")).unwrap();
     let lost = workshop.line("verify case/found.html");
     assert_eq!(lost.status, Some(2), "{}", lost.stdout);
-    assert!(lost.stderr.starts_with("sombrero: vase.key: "), "{}", lost.stderr);
-    assert!(workshop.line("verify case/found.html --key elsewhere.key").text().starts_with("HOLDS"));
+    let sentence = "sombrero: case/found.html: its key vase.key is not beside it; put it there or give it with --key FILE\n";
+    assert_eq!(lost.stderr, sentence);
+    let given = workshop.line("verify case/found.html --key elsewhere.key");
+    assert!(given.text().starts_with("HOLDS"));
+    assert!(
+        given.stdout.contains("\n  not compared  the report calls the key vase.key\n"),
+        "{}",
+        given.stdout
+    );
+}
+
+#[test]
+fn a_report_opens_nothing_that_is_not_beside_it() {
+    let workshop = workshop();
+    let answer = workshop.line("detect marked.obj --original vase.obj --key vase.key --json").json();
+    std::fs::create_dir(workshop.path("case")).unwrap();
+    for name in ["marked.obj", "vase.obj", "vase.key"] {
+        std::fs::copy(workshop.path(name), workshop.path("case").join(name)).unwrap();
+    }
+    let elsewhere = workshop.path("elsewhere.obj");
+    std::fs::copy(workshop.path("vase.obj"), &elsewhere).unwrap();
+    let named = |path: &str| {
+        let mut answer = answer.clone();
+        answer["files"]["original"]["path"] = json!(path);
+        workshop.write("case/report.json", answer.to_string());
+        workshop.line("verify case/report.json")
+    };
+    let paths = [
+        elsewhere.to_str().unwrap(),
+        "../elsewhere.obj",
+        "/etc/passwd",
+        r"\\server\share\elsewhere.obj",
+        "//server/x.obj",
+    ];
+    for path in paths {
+        let ran = named(path);
+        let sentence = "is not beside it; put it there or give it with --original FILE\n";
+        assert!(
+            ran.status == Some(2) && ran.stderr.ends_with(sentence),
+            "{path}: {}{}",
+            ran.stdout,
+            ran.stderr
+        );
+    }
+    for path in ["-", "", "..", "/", "x/.."] {
+        let sentence =
+            "sombrero: case/report.json: it names no file as its original; give it with --original FILE\n";
+        assert_eq!(named(path).stderr, sentence, "{path}");
+    }
+    // A path is no more than a name.
+    assert!(named("/far/away/vase.obj").text().starts_with("HOLDS"));
+    assert!(named(r"C:\scans\vase.obj").text().starts_with("HOLDS"));
+}
+
+/// A forger leaves the record as it is, which alone was compared once.
+#[test]
+fn nothing_in_a_page_can_be_changed() {
+    let workshop = workshop();
+    workshop.line("detect marked.obj --original vase.obj --key vase.key --report found.html -q").text();
+    let page = String::from_utf8(workshop.read("found.html")).unwrap();
+    let picture = page.find("data:image/png;base64,").unwrap() + 400;
+    let other = if page.as_bytes()[picture] == b'A' { "B" } else { "A" };
+    let repainted = format!("{}{other}{}", &page[..picture], &page[picture + 1..]);
+    let changed = |old: &str, new: &str| {
+        assert!(page.contains(old), "{old}");
+        page.replacen(old, new, 1)
+    };
+    let forgeries = [
+        (changed("The mark was found</h1>", "No mark was found</h1>"), "above the first heading"),
+        (changed("carries the mark", "is the work"), "below “The mark was found”"),
+        (
+            changed("<h2>Files", "<section class=\"notes\"><p>The court agreed.</p></section><h2>Files"),
+            "below “What this proves, and what not”",
+        ),
+        (changed("<dt>Recipient</dt><dd>", "<dt>Recipient</dt><dd>not "), "below “The mark”"),
+        (changed("SHA-256 </span><code>", "SHA-256 </span><code>0"), "below “Files”"),
+        (repainted, "in a picture below “The shapes”"),
+        (changed("prefers", "prefer"), "in the style"),
+        (changed("Contains three.js", "Contains tree.js"), "in the script or its scene"),
+        (page.clone() + "<p>Approved.</p>", "below “To repeat the test”"),
+    ];
+    for (forged, place) in &forgeries {
+        workshop.write("found.html", forged);
+        let ran = workshop.line("verify found.html");
+        assert_eq!((ran.status, ran.stderr.as_str()), (Some(1), ""), "{place}: {}", ran.stdout);
+        assert!(
+            ran.stdout.starts_with("DOES NOT HOLD: not all of found.html was found again\n"),
+            "{}",
+            ran.stdout
+        );
+        let last = differing(&ran.stdout).pop().unwrap();
+        assert!(
+            last.starts_with("page, line ") && last.contains(&format!(", {place}: recorded ")),
+            "{place}: {last}"
+        );
+    }
+
+    // Words that were put into page and record alike.
+    let words = [
+        ("sombrero 0.1.0", "sombrero 0.1.0, certified", "program"),
+        ("\"warnings\":[]", "\"warnings\":[\"The suspect's owner confessed.\"]", "warnings"),
+        ("\"prepared\":false", "\"prepared\":false,\"judgement\":\"theft\"", "judgement"),
+    ];
+    for (old, new, field) in words {
+        workshop.write("found.html", page.replace(old, new));
+        let ran = workshop.line("verify found.html");
+        assert_eq!(ran.status, Some(1), "{}{}", ran.stdout, ran.stderr);
+        let found = differing(&ran.stdout);
+        assert!(found.iter().any(|line| line.starts_with(&format!("{field}: recorded "))), "{found:?}");
+    }
+    // Times differ from run to run; they are numbers and no more.
+    let value = page.split_once("\"seconds\":{").unwrap().1.split_once('}').unwrap().0;
+    workshop.write("found.html", page.replace(value, &value.replace(':', ":-")));
+    assert_eq!(workshop.line("verify found.html").status, Some(1));
+    workshop.write("found.html", &page);
+    assert!(workshop.line("verify found.html").text().starts_with("HOLDS"));
 }
 
 const AUTHORITY: &str = include_str!("../crates/sombrero-timestamp/tests/authority.cnf");

@@ -136,11 +136,11 @@ pub(crate) enum Command {
         It writes vase.key.prepared, which `detect` then uses: worth it for many suspects of a large original.\n\
         Keep it as private as the original.")]
     Prepare(prepare::Args),
-    /// Check a key, or every figure of a report, by deriving all of it again.
+    /// Check a key, or every figure and word of a report, by deriving all of it again.
     #[command(after_help = "Example: sombrero verify vase.key --original vase.obj\n\
         A report: sombrero verify found.html\n\
-        A report is a page of `detect --report`, or what `detect --json` printed. The files that it names are read\n\
-        again, from where it was made or beside the report; other places can be given. Exit status 1: a figure differs.")]
+        A report is a page of `detect --report`, or what `detect --json` printed. The files that it names are\n\
+        looked for beside it and nowhere else, unless their places are given. Exit status 1: something differs.")]
     Verify(verify::args::Args),
     /// Commit to a key before publishing: the digest to have timestamped, and the token to keep with the key.
     #[command(after_help = "Example: sombrero commit vase.obj --key vase.key\n\

@@ -1,13 +1,17 @@
 #![doc = include_str!("../README.md")]
 
+mod comparison;
 mod evidence;
 mod page;
 mod record;
+mod remark;
 mod replay;
 mod report;
 
+pub use comparison::Difference;
 pub use evidence::{Evidence, FileHash, Files, PROGRAM};
 pub use page::{PageError, page};
-pub use record::{Record, record};
-pub use replay::{Difference, Replay, replay};
+pub use record::{MEASURED, Record, record};
+pub use remark::Remark;
+pub use replay::{Replay, ReplayError, replay};
 pub use report::Report;

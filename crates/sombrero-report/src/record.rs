@@ -6,6 +6,8 @@
 
 use crate::evidence::Evidence;
 use crate::report::Report;
+use base64::{Engine, engine::general_purpose::STANDARD};
+use nalgebra::DMatrix;
 use serde::Serialize;
 use serde_json::Value;
 use sombrero::{Claim, Detection};
@@ -17,18 +19,42 @@ struct Fields<'a> {
     #[serde(flatten)]
     detection: &'a Detection,
     claim: &'a Claim,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    centre: Option<&'a [f64]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    precision: Option<String>,
     prepared: bool,
     #[serde(flatten)]
     evidence: &'a Evidence,
 }
 
-/// A report as one JSON object: the fields of [`Detection`] and of [`Evidence`], `claim`,
-/// `suspect` (its name) and `prepared`.
+/// The fields without which nobody can compute the ellipsoid test anew. They are long: a report for other programs may go
+/// without, a page may not.
+pub const MEASURED: [&str; 2] = ["centre", "precision"];
+
+/// A report as one JSON object: the fields of [`Detection`] and of [`Evidence`], `claim`, `suspect` (its name), `prepared`,
+/// and of the robust method [`MEASURED`]: `centre`, which is w* with all its m coefficients, and `precision`, the lower
+/// triangle of P row by row, each number as 8 bytes with the least first, in base64.
 pub fn record(report: &Report<'_>) -> Value {
     let Report { detection, claim, prepared, evidence, .. } = *report;
-    let fields = Fields { suspect: &evidence.files.suspect.path, detection, claim, prepared, evidence };
+    let measured = detection.measured.as_ref();
+    let fields = Fields {
+        suspect: &evidence.files.suspect.path,
+        detection,
+        claim,
+        centre: measured.map(|measured| measured.centre.as_slice()),
+        precision: measured.map(|measured| lower_triangle(&measured.precision)),
+        prepared,
+        evidence,
+    };
     // Only numbers, texts and lists, under names: there is nothing that JSON cannot hold.
     serde_json::to_value(fields).unwrap_or_default()
+}
+
+/// The lower triangle of a square matrix, row by row, in base64.
+fn lower_triangle(matrix: &DMatrix<f64>) -> String {
+    let rows = (0..matrix.nrows()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    STANDARD.encode(rows.flat_map(|place| matrix[place].to_le_bytes()).collect::<Vec<u8>>())
 }
 
 /// The record of a report, read back.
@@ -38,6 +64,8 @@ pub struct Record {
     pub figures: Value,
     /// The part that says how it came about.
     pub evidence: Evidence,
+    /// The page that carries it; `None` when it stands by itself.
+    pub page: Option<String>,
 }
 
 impl Record {
@@ -46,11 +74,12 @@ impl Record {
     /// Only its shape is checked: anybody can write such a file, so a reader has to test what it says.
     pub fn find(bytes: &[u8]) -> Option<Self> {
         let text = std::str::from_utf8(bytes).ok()?;
-        let json = if text.trim_start().starts_with('{') { text } else { embedded(text)? };
+        let alone = text.trim_start().starts_with('{');
+        let json = if alone { text } else { embedded(text)? };
         let figures: Value = serde_json::from_str(json).ok()?;
         let evidence = serde_json::from_value(figures.clone()).ok()?;
         figures.get("detected")?;
-        Some(Self { figures, evidence })
+        Some(Self { figures, evidence, page: (!alone).then(|| text.to_owned()) })
     }
 
     /// Whether it says that the mark was found.
@@ -102,6 +131,15 @@ mod tests {
         let text = embedded(&page).unwrap_or_default();
         assert_eq!(text, r#"{"name":"\u003c/script\u003e\u003c!--\u0026\u2028\u2029\\"}"#);
         assert_eq!(serde_json::from_str::<Value>(text).ok(), Some(record));
+    }
+
+    #[test]
+    fn a_triangle_is_written_row_by_row() {
+        let matrix = nalgebra::dmatrix![1.0, 9.0; 2.0, 3.0];
+        let bytes = STANDARD.decode(lower_triangle(&matrix)).unwrap();
+        let numbers: Vec<f64> =
+            bytes.chunks_exact(8).map(|eight| f64::from_le_bytes(eight.try_into().unwrap())).collect();
+        assert_eq!(numbers, [1.0, 2.0, 3.0]);
     }
 
     #[test]

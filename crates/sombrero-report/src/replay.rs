@@ -1,17 +1,44 @@
-//! Does every figure of a report hold? The detection is made again and compared, without tolerance: it is deterministic to
-//! the bit.
+//! Does a report hold? The detection is made again, and from it the record and the page, and they are compared without
+//! tolerance: all is deterministic to the bit.
+//!
+//! What the files cannot tell is taken from the record, in forms that leave no room for words of its own:
+//!
+//! - seconds: a number for each stage, and the stages have to be the same;
+//! - the program's version: `sombrero` and a number;
+//! - whether a prepared file was used, with a [`Remark`] about it;
+//! - whether the authority of the key's timestamp is trusted, where its certificate is not at hand;
+//! - names and paths of the files, which the hashes bind to what was in them;
+//! - the hash of the key's file, where the file was written anew since, with a timestamp; its commitment binds the key.
 
-use crate::evidence::FileHash;
-use crate::record::Record;
-use serde::Serialize;
+use crate::comparison::{Difference, compare, compare_pages};
+use crate::evidence::{FileHash, PROGRAM};
+use crate::page::{PageError, page};
+use crate::record::{MEASURED, Record, record};
+use crate::remark::Remark;
+use crate::report::Report;
 use serde_json::Value;
 use sombrero::io::Document;
 use sombrero::watermark::Key;
-use sombrero::{DetectError, Detector};
+use sombrero::{Claim, Commitment, DetectError, Detection, Detector, Stages};
+use thiserror::Error;
 
-/// What a report says of itself rather than of the files, or what differs from run to run.
-const NOT_FIGURES: [&str; 9] =
-    ["claim", "seconds", "warnings", "prepared", "program", "files", "settings", "suspect", "report"];
+/// The field with the name of the page that was written beside, which another run may choose freely.
+const PAGE_NAME: &str = "report";
+
+/// The stage that comes before those of a detection.
+const PREPARATION: &str = "preparation";
+
+/// The reason why a report cannot be made again.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// The files are those of the report, and yet no detection can be made.
+    #[error(transparent)]
+    Detection(#[from] DetectError),
+    /// The page cannot be made.
+    #[error(transparent)]
+    Page(#[from] PageError),
+}
 
 /// The result of a replay.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,8 +48,12 @@ pub struct Replay {
     pub same_files: bool,
     /// The number of values that were compared.
     pub compared: usize,
-    /// The values that are others now, in the order of their names.
+    /// Whether a page was compared too, byte for byte.
+    pub page_compared: bool,
+    /// The values that are others now, in the order of their names; the page comes last, with the first place.
     pub differences: Vec<Difference>,
+    /// The parts that no file tells and that were therefore taken from the report, as phrases.
+    pub taken_over: Vec<&'static str>,
 }
 
 impl Replay {
@@ -32,29 +63,54 @@ impl Replay {
     }
 }
 
-/// A value that is another one now.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Difference {
-    /// Its place, such as `variants[3].log10_p`.
-    pub field: String,
-    /// The value that the report has.
-    pub recorded: Value,
-    /// The value that was found.
-    pub found: Value,
-}
-
-/// Makes the detection of a report again, with its settings, and compares hashes and every figure.
+/// Makes the detection of a report again, with its settings, and compares hashes, every figure, and the page if it is one.
+/// `key_file` is what the key was read from, and `stamp` the key's timestamp as it was verified now.
 ///
 /// # Errors
-/// [`DetectError`] when the files are those of the report and yet no detection can be made.
+/// [`ReplayError`] when the files are those of the report and yet it cannot be made again.
 pub fn replay(
-    record: &Record,
+    report: &Record,
     suspect: &Document,
     original: &Document,
     key: Key,
-) -> Result<Replay, DetectError> {
-    let named = &record.evidence.files;
+    key_file: &[u8],
+    stamp: Option<&Commitment>,
+) -> Result<Replay, ReplayError> {
+    let mut replay = compare_files(report, suspect, original, &key);
+    // Of other files the figures would be others too.
+    if !replay.same_files {
+        return Ok(replay);
+    }
+    replay.taken_over = taken_over(report, &key, key_file);
+    let detector = Detector::new(original, key)?;
+    let suspect = detector.suspect(suspect);
+    let mut detection = detector.detect(&suspect, &report.evidence.settings)?;
+    complete(&mut detection, &report.figures);
+    let commitment = recorded_commitment(&report.figures, stamp, &mut replay.taken_over);
+    let Detection { detected, log10_p, .. } = detection;
+    let settings = &report.evidence.settings;
+    let claim = Claim::new(detected, log10_p, detector.key(), commitment, settings);
+    let again = Report {
+        detection: &detection,
+        claim: &claim,
+        key: detector.key(),
+        original: detector.model(),
+        suspect: &suspect.soup,
+        prepared: is_prepared(&report.figures),
+        evidence: &report.evidence,
+    };
+    let (recorded, found) = comparable(report, record(&again));
+    replay.compared += compare("", &recorded, &found, &mut replay.differences);
+    if let Some(html) = &report.page {
+        replay.page_compared = true;
+        replay.differences.extend(compare_pages(html, &page(&again)?));
+    }
+    Ok(replay)
+}
+
+/// Whether files and program are what the report says.
+fn compare_files(report: &Record, suspect: &Document, original: &Document, key: &Key) -> Replay {
+    let named = &report.evidence.files;
     let hash = |document: &Document| FileHash::of_mesh("", document).sha256;
     let checks = [
         ("files.suspect.sha256", &named.suspect.sha256, hash(suspect)),
@@ -62,65 +118,112 @@ pub fn replay(
         // The file may hold a timestamp by now; the key is the same.
         ("files.commitment", &named.commitment, hex::encode(key.commitment())),
     ];
-    let mut differences = Vec::new();
-    let mut compared = 0;
+    let (mut differences, mut compared) = (Vec::new(), 0);
     for (field, recorded, found) in checks {
-        compared += compare_value(field, &recorded.as_str().into(), &found.into(), &mut differences);
+        compared += compare(field, &recorded.as_str().into(), &found.into(), &mut differences);
     }
-    // Of other files the figures would be others too.
     let same_files = differences.is_empty();
-    if same_files {
-        let detector = Detector::new(original, key)?;
-        let detection = detector.detect(&detector.suspect(suspect), &record.evidence.settings)?;
-        // Only numbers, texts and lists: there is nothing that JSON cannot hold.
-        let found = serde_json::to_value(&detection).unwrap_or_default();
-        compared += compare(&record.figures, &found, &mut differences);
+    let program = &report.evidence.program;
+    if same_files && !is_program(program) {
+        compared += compare("program", &program.as_str().into(), &PROGRAM.into(), &mut differences);
     }
-    Ok(Replay { same_files, compared, differences })
+    Replay { same_files, compared, page_compared: false, differences, taken_over: Vec::new() }
 }
 
-/// Every figure of either side, to the last digit; gives how many there are.
-fn compare(recorded: &Value, found: &Value, differences: &mut Vec<Difference>) -> usize {
-    let mut fields: Vec<&String> =
-        [recorded, found].iter().filter_map(|side| side.as_object()).flat_map(|side| side.keys()).collect();
-    fields.sort();
-    fields.dedup();
-    fields.retain(|field| !NOT_FIGURES.contains(&field.as_str()));
-    fields.into_iter().map(|field| compare_value(field, &recorded[field], &found[field], differences)).sum()
+/// `sombrero` and a version of three numbers.
+fn is_program(name: &str) -> bool {
+    let number =
+        |part: &str| (1..=4).contains(&part.len()) && part.bytes().all(|digit| digit.is_ascii_digit());
+    name.strip_prefix("sombrero ")
+        .is_some_and(|version| version.split('.').count() == 3 && version.split('.').all(number))
 }
 
-fn compare_value(field: &str, recorded: &Value, found: &Value, differences: &mut Vec<Difference>) -> usize {
-    match (recorded, found) {
-        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
-            a.keys().map(|k| compare_value(&format!("{field}.{k}"), &a[k], &b[k], differences)).sum()
+fn taken_over(report: &Record, key: &Key, key_file: &[u8]) -> Vec<&'static str> {
+    let unstamped = Key { timestamp: None, ..key.clone() }.to_json();
+    let written_anew = [key_file, unstamped.as_bytes()]
+        .iter()
+        .all(|content| FileHash::new("", content).sha256 != report.evidence.files.key.sha256);
+    let parts = [
+        (true, "seconds"),
+        (true, "whether a prepared file was used"),
+        (report.figures.get(PAGE_NAME).is_some(), "the name of the page"),
+        (
+            written_anew,
+            "the hash of the key's file, which was written anew since (its commitment was compared)",
+        ),
+    ];
+    parts.into_iter().filter_map(|(needed, part)| needed.then_some(part)).collect()
+}
+
+/// The timestamp that the report's claim rests on. Its time has to be that of the key's token; a key may have got one since,
+/// and whether its authority is trusted is known to those who have its certificate.
+fn recorded_commitment(
+    figures: &Value,
+    stamp: Option<&Commitment>,
+    taken_over: &mut Vec<&'static str>,
+) -> Option<Commitment> {
+    let claim = &figures["claim"];
+    if claim["committed_at"].is_null() {
+        return None;
+    }
+    let stamp = stamp?;
+    let trusted = claim["trusted"] == true;
+    if trusted && !stamp.trusted {
+        taken_over.push("whether the timestamp's authority is trusted (give its certificate with --ca)");
+    }
+    Some(Commitment { time: stamp.time.clone(), trusted })
+}
+
+fn is_prepared(figures: &Value) -> bool {
+    figures["prepared"] == true
+}
+
+/// Gives a detection the seconds of the report, and the remark that no file tells.
+fn complete(detection: &mut Detection, figures: &Value) {
+    let recorded = &figures["seconds"];
+    let mut stages = std::mem::take(&mut detection.seconds).0;
+    if recorded.get(PREPARATION).is_some() {
+        stages.insert(0, (PREPARATION, 0.0));
+    }
+    // What is no number of seconds stays 0 and differs.
+    let second = |stage: &str| recorded[stage].as_f64().filter(|seconds| *seconds >= 0.0).unwrap_or(0.0);
+    detection.seconds = Stages(stages.into_iter().map(|(stage, _)| (stage, second(stage))).collect());
+    let last = figures["warnings"].as_array().and_then(|warnings| warnings.get(detection.warnings.len()));
+    let remark = last
+        .and_then(Value::as_str)
+        .and_then(|text| Remark::find(text, detection.detected, is_prepared(figures)));
+    detection.warnings.extend(remark.map(|remark| remark.sentence().to_owned()));
+}
+
+/// Both sides without what a report by itself may have or not have.
+fn comparable(report: &Record, mut found: Value) -> (Value, Value) {
+    let mut recorded = report.figures.clone();
+    if report.page.is_none() {
+        if let Some(recorded) = recorded.as_object_mut() {
+            recorded.remove(PAGE_NAME);
         }
-        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
-            let pairs = a.iter().zip(b).enumerate();
-            pairs.map(|(i, (a, b))| compare_value(&format!("{field}[{i}]"), a, b, differences)).sum()
-        }
-        _ => {
-            if recorded != found {
-                let (recorded, found) = (recorded.clone(), found.clone());
-                differences.push(Difference { field: field.to_owned(), recorded, found });
-            }
-            1
+        if let Some(found) = found.as_object_mut() {
+            MEASURED.iter().filter(|field| report.figures.get(field).is_none()).for_each(|field| {
+                found.remove(*field);
+            });
         }
     }
+    (recorded, found)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     #[test]
-    fn every_value_is_compared_and_the_place_named() {
-        let recorded = json!({ "p": 1e-9, "variants": [{ "p": 1 }, { "p": 2 }], "seconds": 3, "gone": null });
-        let found = json!({ "p": 1e-9, "variants": [{ "p": 1 }, { "p": 3 }], "seconds": 4, "new": true });
-        let mut differences = Vec::new();
-        assert_eq!(compare(&recorded, &found, &mut differences), 5);
-        let fields: Vec<&str> = differences.iter().map(|d| d.field.as_str()).collect();
-        assert_eq!(fields, ["new", "variants[1].p"]);
-        assert_eq!((&differences[1].recorded, &differences[1].found), (&json!(2), &json!(3)));
+    fn a_program_has_a_version_and_no_more() {
+        for name in [PROGRAM, "sombrero 0.1.0", "sombrero 12.0.345"] {
+            assert!(is_program(name), "{name}");
+        }
+        for name in
+            ["", "sombrero", "sombrero 1.0", "sombrero 1.0.0, certified", "another 1.0.0", "sombrero 1.0.x"]
+        {
+            assert!(!is_program(name), "{name}");
+        }
     }
 }

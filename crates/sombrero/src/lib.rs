@@ -12,7 +12,9 @@ mod trace;
 pub use attack::{AttackFileError, AttackedFile, attack};
 pub use claim::{CONVINCING, Claim, Commitment, Convinces, TRIES};
 pub use compare::{CompareError, Comparison, compare};
-pub use detect::{Alignment, DetectError, DetectOptions, Detection, Detector, Method, Variant, detect};
+pub use detect::{
+    Alignment, DetectError, DetectOptions, Detection, Detector, Measured, Method, Variant, detect,
+};
 pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Embedder, Marked, embed};
 pub use info::{Corners, Info, info};
 pub use prepared_basis::{PreparedBasis, PreparedBasisError};

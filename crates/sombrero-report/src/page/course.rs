@@ -3,16 +3,15 @@
 use super::motion;
 use super::viewer::THREE_VERSION;
 use super::words::{decimal, p_value, pair, percent};
-use crate::evidence::PROGRAM;
 use maud::{Markup, html};
 use sombrero::{Alignment, Detection, Method, Variant};
 
-/// `side` is the largest side of the original.
-pub(super) fn section(detection: &Detection, side: f64) -> Markup {
+/// `side` is the largest side of the original, `program` the name of the one that made the detection.
+pub(super) fn section(detection: &Detection, side: f64, program: &str) -> Markup {
     html! {
         section {
             h2 { "How it was tested" }
-            (parameters(detection))
+            (parameters(detection, program))
             h3 { "What was tried" }
             (variants(detection))
             h3 { "How the suspect was moved" }
@@ -23,13 +22,13 @@ pub(super) fn section(detection: &Detection, side: f64) -> Markup {
     }
 }
 
-fn parameters(detection: &Detection) -> Markup {
+fn parameters(detection: &Detection, program: &str) -> Markup {
     html! {
         dl.pairs {
             (pair("Method", html! { (detection.method.name()) }))
             (pair("Threshold for p", p_value(detection.threshold.log10())))
             (pair("Ways of looking", html! { (detection.variants_counted) }))
-            (pair("Program", html! { (PROGRAM) }))
+            (pair("Program", html! { (program) }))
             (pair("View in space", html! { "three.js " (THREE_VERSION) }))
         }
     }

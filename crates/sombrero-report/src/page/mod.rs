@@ -4,8 +4,8 @@
 //! this crate and of every page, lets the shapes be turned. Without it the page says all the same. A content policy in
 //! the page forbids browsers to load anything and to run any other script. Text from outside is escaped by the
 //! template engine wherever it appears, and isolated, so that a file name written from right to left cannot turn a
-//! sentence round. The same report gives the same bytes; only the times in [`Detection::seconds`] differ from run to
-//! run.
+//! sentence round. The same report gives the same bytes, so that a page can be made again from its record and the
+//! files, and compared: nothing is in it that is not in [`Report`], not even the version of the program that runs.
 
 mod course;
 mod decimate;
@@ -67,10 +67,10 @@ pub fn page(report: &Report<'_>) -> Result<String, PageError> {
                     (meaning(report.detection))
                     (files(report))
                     (parameters(report))
-                    (course::section(report.detection, report.original.largest_side()))
+                    (course::section(report.detection, report.original.largest_side(), &report.evidence.program))
                     (repeat(report))
                 }
-                (footer())
+                (footer(&report.evidence.program))
                 (PreEscaped(element(&record(report))))
                 @if let Some(scene) = &scene { (viewer::scripts(scene)) }
             }
@@ -207,8 +207,8 @@ fn meaning(detection: &Detection) -> Markup {
                 }
             }
             p {
-                "This page shows the mark’s coefficients and so gives away part of what the key keeps secret. Share it "
-                "as carefully as the key."
+                "This page holds the mark’s coefficients, nearly all that the key keeps secret: with them the mark can be "
+                "taken out, or put into other meshes. Whoever doubts it is better shown the verdict than the page."
             }
         }
     }
@@ -281,8 +281,8 @@ fn repeat(report: &Report<'_>) -> Markup {
             }
             pre tabindex="0" { code { (report.evidence.command()) } }
             p {
-                "This page also carries its figures for programs. The following line reads them from the page, "
-                "repeats the test with the files that they name, and says whether all is as it is written here. "
+                "This page also carries its figures for programs. With the three files beside it, the following line "
+                "repeats the test, makes the page again, and says whether every sign of it is as it is here. "
                 code { "REPORT.html" } " stands for this page."
             }
             pre tabindex="0" { code { "sombrero verify REPORT.html" } }
@@ -290,11 +290,12 @@ fn repeat(report: &Report<'_>) -> Markup {
     }
 }
 
-fn footer() -> Markup {
+fn footer(program: &str) -> Markup {
     html! {
         footer {
+            p { (words::FOR_THE_OWNER) }
             p {
-                "Made by " (crate::PROGRAM)
+                "Made by " (program)
                 "; the view in space is drawn by three.js " (viewer::THREE_VERSION)
                 ". The method is that of E. Praun, H. Hoppe and A. Finkelstein, “Robust Mesh Watermarking”, SIGGRAPH 1999."
             }

@@ -2,6 +2,9 @@
 
 use maud::{Markup, html};
 
+/// The first sentence of the page's foot.
+pub(super) const FOR_THE_OWNER: &str = "Written for the owner alone: this page is as secret as the key. Do not publish it, and do not hand it to the other side.";
+
 /// Below this log10 p the arithmetic is no longer the weakest link.
 pub(super) const BEYOND_CHANCE: f64 = -15.0;
 

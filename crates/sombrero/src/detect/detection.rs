@@ -1,7 +1,7 @@
 //! The answer of a detection.
 
 use super::options::Method;
-use nalgebra::{Affine3, Matrix4, Point3};
+use nalgebra::{Affine3, DMatrix, Matrix4, Point3};
 use serde::{Serialize, Serializer};
 use sombrero_extraction::Estimate;
 use sombrero_registration::Registration;
@@ -40,6 +40,10 @@ pub struct Detection {
     /// The extracted coefficients of the winning variant. For a marked copy they are nearly the secret w:
     /// keep them as carefully as the key.
     pub extracted: Vec<Option<f64>>,
+    /// The estimate of the winning variant as its ellipsoid tests take it; `None` for the paper's method. As secret as
+    /// [`extracted`](Self::extracted).
+    #[serde(skip)]
+    pub measured: Option<Measured>,
     /// The place where the winning variant found each of the original's points, in the original's coordinates; `None`
     /// where it is missing.
     #[serde(skip)]
@@ -48,6 +52,15 @@ pub struct Detection {
     pub seconds: Stages,
     /// What the user should know, in sentences.
     pub warnings: Vec<String>,
+}
+
+/// w* and its precision: with the key all that the ellipsoid test needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// w* of all m coefficients; 0 in the directions that the suspect does not determine.
+    pub centre: Vec<f64>,
+    /// Its precision P, m × m and symmetric.
+    pub precision: DMatrix<f64>,
 }
 
 /// One way of looking.

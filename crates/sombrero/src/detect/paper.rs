@@ -177,6 +177,7 @@ impl<'a> Attempts<'a> {
             variants_counted: planned,
             registration: aligned.as_ref().map(Alignment::of_registration),
             extracted: best.extraction.coefficients,
+            measured: None,
             found: best.found,
             seconds: self.seconds,
             warnings: self.warnings,

@@ -2,7 +2,7 @@
 //!
 //! Every test on the way counts as a variant.
 
-use super::detection::{Alignment, Detection, Variant, few, positions};
+use super::detection::{Alignment, Detection, Measured, Variant, few, positions};
 use super::error::DetectError;
 use super::options::{DetectOptions, Method};
 use nalgebra::Affine3;
@@ -41,6 +41,7 @@ pub(super) fn detect(
         variants_counted: counted,
         registration: pose.map(|pose| Alignment::of_estimate(&pose, &estimate, coverage)),
         extracted: estimate.known(),
+        measured: Some(Measured { centre: estimate.coefficients, precision: estimate.precision }),
         found,
         seconds,
         warnings,

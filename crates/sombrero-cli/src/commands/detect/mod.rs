@@ -12,7 +12,7 @@ use args::{Args, Plan, Prepared};
 use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::watermark::Key;
 use sombrero::{Claim, Commitment, DetectError, Detection, Detector, PreparedBasis, SearchError};
-use sombrero_report::{Evidence, FileHash, Report, page, record};
+use sombrero_report::{Evidence, FileHash, MEASURED, Remark, Report, page, record};
 use std::cell::OnceCell;
 use std::path::Path;
 use std::time::Instant;
@@ -40,7 +40,7 @@ struct Job<'a> {
     detector: Detector,
     /// Whether the basis came from a prepared file, and what is to be said of it.
     from_file: bool,
-    note: Option<String>,
+    note: Option<Remark>,
     /// Whether the basis was derived anew, which the first mark that is found asks for.
     confirmed: OnceCell<()>,
     original: FileHash,
@@ -93,10 +93,11 @@ impl<'a> Job<'a> {
         let mut detection =
             detector.detect(&suspect, &evidence.settings).map_err(|e| failure(plan, path, &e))?;
         detection.seconds.0.insert(0, ("preparation", self.preparation));
-        detection.warnings.extend(self.note.clone());
+        let mut remark = self.note;
         if detection.detected && self.from_file {
-            detection.warnings.extend(self.vouch()?);
+            remark = self.vouch()?;
         }
+        detection.warnings.extend(remark.map(|remark| remark.sentence().to_owned()));
         let claim = Claim::new(
             detection.detected,
             detection.log10_p,
@@ -121,6 +122,11 @@ impl<'a> Job<'a> {
             let path = path.display().to_string();
             text = text.row("report", &path);
             json["report"] = path.into();
+        } else if let Some(json) = json.as_object_mut() {
+            // Long, and asked for with the report.
+            MEASURED.iter().for_each(|field| {
+                json.remove(*field);
+            });
         }
         Ok(Answer::new(text, &json)?.found_if(detection.detected))
     }
@@ -134,13 +140,9 @@ impl<'a> Job<'a> {
     /// Key and prepared file may have been made up together, and then any suspect has the mark. So what was found with
     /// a file that happens to lie beside the key is confirmed without it; with one that the user vouches for, the
     /// answer says so.
-    fn vouch(&self) -> Result<Option<String>, Failure> {
-        let Prepared { path, named } = &self.plan.prepared;
-        if *named {
-            return Ok(Some(format!(
-                "The basis was taken from {} and not derived anew, which `sombrero verify` does.",
-                path.display()
-            )));
+    fn vouch(&self) -> Result<Option<Remark>, Failure> {
+        if self.plan.prepared.named {
+            return Ok(Some(Remark::Unconfirmed));
         }
         if self.confirmed.get().is_none() {
             self.detector.confirm().map_err(|e| failure(self.plan, &self.plan.original, &e))?;
@@ -150,19 +152,19 @@ impl<'a> Job<'a> {
     }
 }
 
-/// The stored basis where there is one to be used, or a sentence that says why the one beside the key is not.
+/// The stored basis where there is one to be used, or the remark that the one beside the key is not.
 fn stored(
     Prepared { path, named }: &Prepared,
     key: &Key,
     limits: Limits,
-) -> Result<(Option<PreparedBasis>, Option<String>), Failure> {
+) -> Result<(Option<PreparedBasis>, Option<Remark>), Failure> {
     if !named && path.symlink_metadata().is_err() {
         return Ok((None, None));
     }
     match files::read_prepared(path, key, limits) {
         Ok(stored) => Ok((Some(stored), None)),
         Err(failure) if *named => Err(failure),
-        Err(failure) => Ok((None, Some(format!("The prepared file was not used: {}.", failure.message())))),
+        Err(_) => Ok((None, Some(Remark::Unused))),
     }
 }
 

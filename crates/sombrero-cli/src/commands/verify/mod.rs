@@ -1,6 +1,7 @@
 //! `sombrero verify`: a key, or a report.
 
 pub(crate) mod args;
+mod beside;
 mod key;
 mod report;
 
