@@ -32,8 +32,8 @@ struct Fields<'a> {
 /// without, a page may not.
 pub const MEASURED: [&str; 2] = ["centre", "precision"];
 
-/// A report as one JSON object: the fields of [`Detection`] and of [`Evidence`], `claim`, `suspect` (its name), `prepared`,
-/// and of the robust method [`MEASURED`]: `centre`, which is w* with all its m coefficients, and `precision`, the lower
+/// A report as one JSON object: the fields of [`Detection`] and of [`Evidence`], `claim`, `suspect` (its name), `prepared`, and
+/// of the robust method [`MEASURED`]: `centre`, which is w* with all its m coefficients, and `precision`, the lower
 /// triangle of P row by row, each number as 8 bytes with the least first, in base64.
 pub fn record(report: &Report<'_>) -> Value {
     let Report { detection, claim, prepared, evidence, .. } = *report;

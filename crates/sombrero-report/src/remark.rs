@@ -17,9 +17,7 @@ impl Remark {
             Self::Unconfirmed => {
                 "The basis was taken from a prepared file and not derived anew, which `sombrero verify` does."
             }
-            Self::Unused => {
-                "The prepared file beside the key was not used, since it is damaged or of another key; make one for this key with `sombrero prepare`."
-            }
+            Self::Unused => "The prepared file beside the key was not used.",
         }
     }
 

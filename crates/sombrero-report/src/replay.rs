@@ -6,7 +6,6 @@
 //! - seconds: a number for each stage, and the stages have to be the same;
 //! - the program's version: `sombrero` and a number;
 //! - whether a prepared file was used, with a [`Remark`] about it;
-//! - whether the authority of the key's timestamp is trusted, where its certificate is not at hand;
 //! - names and paths of the files, which the hashes bind to what was in them;
 //! - the hash of the key's file, where the file was written anew since, with a timestamp; its commitment binds the key.
 
@@ -22,8 +21,10 @@ use sombrero::watermark::Key;
 use sombrero::{Claim, Commitment, DetectError, Detection, Detector, Stages};
 use thiserror::Error;
 
-/// The field with the name of the page that was written beside, which another run may choose freely.
-const PAGE_NAME: &str = "report";
+/// The fields that a report by itself may have and a page has not: the name of the page that was written beside it, and why
+/// a prepared file was not used.
+const BESIDE: [(&str, &str); 2] =
+    [("report", "the name of the page"), ("prepared_note", "why a prepared file was not used")];
 
 /// The stage that comes before those of a detection.
 const PREPARATION: &str = "preparation";
@@ -64,7 +65,7 @@ impl Replay {
 }
 
 /// Makes the detection of a report again, with its settings, and compares hashes, every figure, and the page if it is one.
-/// `key_file` is what the key was read from, and `stamp` the key's timestamp as it was verified now.
+/// `key_file` is what the key was read from, `commitment` what its timestamp proves by the authorities that the reader trusts.
 ///
 /// # Errors
 /// [`ReplayError`] when the files are those of the report and yet it cannot be made again.
@@ -74,7 +75,7 @@ pub fn replay(
     original: &Document,
     key: Key,
     key_file: &[u8],
-    stamp: Option<&Commitment>,
+    commitment: Option<Commitment>,
 ) -> Result<Replay, ReplayError> {
     let mut replay = compare_files(report, suspect, original, &key);
     // Of other files the figures would be others too.
@@ -86,10 +87,9 @@ pub fn replay(
     let suspect = detector.suspect(suspect);
     let mut detection = detector.detect(&suspect, &report.evidence.settings)?;
     complete(&mut detection, &report.figures);
-    let commitment = recorded_commitment(&report.figures, stamp, &mut replay.taken_over);
+    let commitment = claimed(commitment, &report.figures["claim"]);
     let Detection { detected, log10_p, .. } = detection;
-    let settings = &report.evidence.settings;
-    let claim = Claim::new(detected, log10_p, detector.key(), commitment, settings);
+    let claim = Claim::new(detected, log10_p, detector.key(), commitment, &report.evidence.settings);
     let again = Report {
         detection: &detection,
         claim: &claim,
@@ -139,39 +139,17 @@ fn is_program(name: &str) -> bool {
 }
 
 fn taken_over(report: &Record, key: &Key, key_file: &[u8]) -> Vec<&'static str> {
-    let unstamped = Key { timestamp: None, ..key.clone() }.to_json();
+    let unstamped = Key { timestamp: None, path: None, ..key.clone() }.to_json();
     let written_anew = [key_file, unstamped.as_bytes()]
         .iter()
         .all(|content| FileHash::new("", content).sha256 != report.evidence.files.key.sha256);
-    let parts = [
-        (true, "seconds"),
-        (true, "whether a prepared file was used"),
-        (report.figures.get(PAGE_NAME).is_some(), "the name of the page"),
-        (
-            written_anew,
-            "the hash of the key's file, which was written anew since (its commitment was compared)",
-        ),
-    ];
-    parts.into_iter().filter_map(|(needed, part)| needed.then_some(part)).collect()
-}
-
-/// The timestamp that the report's claim rests on. Its time has to be that of the key's token; a key may have got one since,
-/// and whether its authority is trusted is known to those who have its certificate.
-fn recorded_commitment(
-    figures: &Value,
-    stamp: Option<&Commitment>,
-    taken_over: &mut Vec<&'static str>,
-) -> Option<Commitment> {
-    let claim = &figures["claim"];
-    if claim["committed_at"].is_null() {
-        return None;
-    }
-    let stamp = stamp?;
-    let trusted = claim["trusted"] == true;
-    if trusted && !stamp.trusted {
-        taken_over.push("whether the timestamp's authority is trusted (give its certificate with --ca)");
-    }
-    Some(Commitment { time: stamp.time.clone(), trusted })
+    let anew = "the hash of the key's file, which was written anew since (its commitment was compared)";
+    let mut parts = vec!["seconds", "whether a prepared file was used"];
+    parts.extend(written_anew.then_some(anew));
+    let beside =
+        BESIDE.iter().filter(|(field, _)| report.page.is_none() && report.figures.get(field).is_some());
+    parts.extend(beside.map(|(_, part)| part));
+    parts
 }
 
 fn is_prepared(figures: &Value) -> bool {
@@ -195,12 +173,21 @@ fn complete(detection: &mut Detection, figures: &Value) {
     detection.warnings.extend(remark.map(|remark| remark.sentence().to_owned()));
 }
 
+/// The commitment as far as the report claims it: a timestamp may have been stored since, and the reader may trust more.
+/// What it claims beyond what was found is a difference.
+fn claimed(commitment: Option<Commitment>, claim: &Value) -> Option<Commitment> {
+    let Commitment { time, trusted } = commitment.filter(|_| claim["committed_at"].is_string())?;
+    Some(Commitment { time, trusted: trusted && claim["trusted"] == true })
+}
+
 /// Both sides without what a report by itself may have or not have.
 fn comparable(report: &Record, mut found: Value) -> (Value, Value) {
     let mut recorded = report.figures.clone();
     if report.page.is_none() {
         if let Some(recorded) = recorded.as_object_mut() {
-            recorded.remove(PAGE_NAME);
+            BESIDE.iter().for_each(|(field, _)| {
+                recorded.remove(*field);
+            });
         }
         if let Some(found) = found.as_object_mut() {
             MEASURED.iter().filter(|field| report.figures.get(field).is_none()).for_each(|field| {

@@ -40,7 +40,7 @@ struct Job<'a> {
     detector: Detector,
     /// Whether the basis came from a prepared file, and what is to be said of it.
     from_file: bool,
-    note: Option<Remark>,
+    note: Option<String>,
     /// Whether the basis was derived anew, which the first mark that is found asks for.
     confirmed: OnceCell<()>,
     original: FileHash,
@@ -93,7 +93,7 @@ impl<'a> Job<'a> {
         let mut detection =
             detector.detect(&suspect, &evidence.settings).map_err(|e| failure(plan, path, &e))?;
         detection.seconds.0.insert(0, ("preparation", self.preparation));
-        let mut remark = self.note;
+        let mut remark = self.note.as_ref().map(|_| Remark::Unused);
         if detection.detected && self.from_file {
             remark = self.vouch()?;
         }
@@ -115,6 +115,10 @@ impl<'a> Job<'a> {
             evidence: &evidence,
         };
         let (mut text, mut json) = (text(path, &detection, &claim), record(&report));
+        if let Some(note) = &self.note {
+            text = text.row("note", note);
+            json["prepared_note"] = note.as_str().into();
+        }
         if let Some(path) = report_path {
             let html = page(&report).map_err(|e| Failure::new("internal", e.to_string()))?;
             let output = Output { path, bytes: html.as_bytes(), access: Access::Usual };
@@ -152,19 +156,19 @@ impl<'a> Job<'a> {
     }
 }
 
-/// The stored basis where there is one to be used, or the remark that the one beside the key is not.
+/// The stored basis where there is one to be used, or a sentence that says why the one beside the key is not.
 fn stored(
     Prepared { path, named }: &Prepared,
     key: &Key,
     limits: Limits,
-) -> Result<(Option<PreparedBasis>, Option<Remark>), Failure> {
+) -> Result<(Option<PreparedBasis>, Option<String>), Failure> {
     if !named && path.symlink_metadata().is_err() {
         return Ok((None, None));
     }
     match files::read_prepared(path, key, limits) {
         Ok(stored) => Ok((Some(stored), None)),
         Err(failure) if *named => Err(failure),
-        Err(_) => Ok((None, Some(Remark::Unused))),
+        Err(failure) => Ok((None, Some(failure.message().to_owned()))),
     }
 }
 

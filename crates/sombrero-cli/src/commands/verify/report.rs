@@ -51,9 +51,9 @@ pub(super) fn check(args: &Args, recorded: &Record, context: &Context) -> Result
     let key_file = files::read_small(&paths[2], files::LARGEST_KEY)?;
     let key = files::parse_key(&paths[2], &key_file)?;
     let timestamp = timestamp::of_key(&paths[2], &key, &timestamp::anchors(args.ca.as_deref())?)?;
-    let stamp = timestamp.as_ref().map(Stamp::commitment);
-    let replay = replay(recorded, &suspect, &original, key, &key_file, stamp.as_ref())
-        .map_err(|e| Failure::about("report", &args.file, &e))?;
+    let replay =
+        replay(recorded, &suspect, &original, key, &key_file, timestamp.as_ref().map(Stamp::commitment))
+            .map_err(|e| Failure::about("report", &args.file, &e))?;
     let holds = replay.holds();
     let renamed = named.iter().filter(|_| replay.same_files).filter_map(Named::renamed);
     let not_compared = replay.taken_over.iter().map(|&part| part.to_owned()).chain(renamed).collect();
