@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempPath};
 
 use crate::error::WriteError;
 use crate::lock;
@@ -58,17 +58,28 @@ pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Resu
 /// gets its name, so that a full disk or a missing folder leaves none of them. Runs that write the same names at the same
 /// moment take turns: what is there in the end is all of one run.
 ///
+/// At every moment, also when the process is killed, those of the names that are there belong together. New files are
+/// named in their order. Where the last one (a key, say) replaces another, the others that are in the way are taken away
+/// first, and then it is named before them: it is never missing, and never beside what belongs to another.
+///
 /// # Errors
 ///
 /// As [`write_atomically`], for the first file that fails. Files that had been named by then and are new are
-/// removed again.
+/// removed again, and those that were taken away come back; a last one that was replaced stays replaced.
 pub fn write_together(outputs: &[Output<'_>], overwrite: Overwrite) -> Result<(), WriteError> {
-    let staged =
-        outputs.iter().map(|output| Staged::new(output, overwrite)).collect::<Result<Vec<_>, _>>()?;
+    let mut staged = staged(outputs, overwrite)?;
     let _turn = lock::folders(staged.iter().map(|file| file.path));
+    let mut taken = Taken(Vec::new());
+    if let [others @ .., last] = staged.as_slice()
+        && overwrite == Overwrite::Allow
+        && is_there(last.path)
+    {
+        others.iter().try_for_each(|other| taken.take_away(other.path))?;
+        staged.rotate_right(1);
+    }
     let mut named = Vec::new();
     for file in staged {
-        let (path, is_new) = (file.path, fs::symlink_metadata(file.path).is_err());
+        let (path, is_new) = (file.path, !is_there(file.path));
         if let Err(error) = file.name(overwrite) {
             for path in &named {
                 // Nothing more can be done when even this fails; the first error tells more.
@@ -80,7 +91,67 @@ pub fn write_together(outputs: &[Output<'_>], overwrite: Overwrite) -> Result<()
             named.push(path);
         }
     }
+    taken.forget();
     Ok(())
+}
+
+/// Replaces several files, or makes them, of which each is good on its own: all are written before the first gets its
+/// name, and none is ever missing.
+///
+/// # Errors
+///
+/// As [`write_atomically`], for the first file that fails. Those before it may be replaced by then.
+pub fn replace_each(outputs: &[Output<'_>]) -> Result<(), WriteError> {
+    let staged = staged(outputs, Overwrite::Allow)?;
+    staged.into_iter().try_for_each(|file| file.name(Overwrite::Allow))
+}
+
+fn staged<'a>(outputs: &[Output<'a>], overwrite: Overwrite) -> Result<Vec<Staged<'a>>, WriteError> {
+    outputs.iter().map(|output| Staged::new(output, overwrite)).collect()
+}
+
+fn is_there(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok()
+}
+
+/// Files that new ones are to replace, under temporary names beside them. They come back when dropped, and go for good
+/// when forgotten.
+struct Taken<'a>(Vec<(&'a Path, TempPath)>);
+
+impl<'a> Taken<'a> {
+    fn take_away(&mut self, path: &'a Path) -> Result<(), WriteError> {
+        if !is_there(path) {
+            return Ok(());
+        }
+        let aside = tempfile::Builder::new()
+            .prefix(".sombrero-")
+            .make_in(folder_of(path), |aside| fs::rename(path, aside))
+            .map_err(|source| WriteError::Io { path: path.to_owned(), source })?;
+        self.0.push((path, aside.into_temp_path()));
+        Ok(())
+    }
+
+    fn forget(mut self) {
+        self.0.clear();
+    }
+}
+
+impl Drop for Taken<'_> {
+    fn drop(&mut self) {
+        for (path, aside) in self.0.drain(..) {
+            if let Err(error) = aside.persist_noclobber(path) {
+                // Rather under a strange name than lost.
+                let _ = error.path.keep();
+            }
+        }
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// A file that is written but does not have its name yet.
@@ -94,10 +165,7 @@ impl<'a> Staged<'a> {
         let path = output.path;
         let failed = |source| WriteError::Io { path: path.to_owned(), source };
         let replaced = replaced(path, overwrite)?;
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
+        let folder = folder_of(path);
         // The temporary file's own name would only confuse; what went wrong with its folder is enough.
         let made = temporary(folder, output.access).map_err(|e| io::Error::from(e.kind()));
         let mut file = made.map_err(failed)?;
@@ -274,6 +342,27 @@ mod tests {
             assert_eq!(written, 1, "round {round}");
             assert_eq!(fs::read(&copy).unwrap(), fs::read(&key).unwrap(), "round {round}");
         }
+    }
+
+    #[test]
+    fn what_is_replaced_together_comes_back_when_one_name_cannot_be_had() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let (mesh, key, missing) = (path("a.obj"), path("a.key"), path("nothing there"));
+        let output = |path| Output { path, bytes: b"new", access: Access::Usual };
+        fs::write(&mesh, "old").unwrap();
+        fs::write(&key, "old").unwrap();
+        write_together(&[output(&mesh), output(&key)], Overwrite::Allow).unwrap();
+        assert_eq!((fs::read(&mesh).unwrap(), fs::read(&key).unwrap()), (b"new".to_vec(), b"new".to_vec()));
+        assert_eq!(names(folder.path()).len(), 2);
+
+        let mut taken = Taken(Vec::new());
+        taken.take_away(&mesh).unwrap();
+        taken.take_away(&missing).unwrap();
+        assert!(!mesh.exists() && key.exists());
+        drop(taken);
+        assert_eq!(fs::read(&mesh).unwrap(), b"new");
+        assert_eq!(names(folder.path()).len(), 2);
     }
 
     #[test]

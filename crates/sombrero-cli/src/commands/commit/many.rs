@@ -12,7 +12,7 @@ use crate::timestamp::{self, Stamp};
 use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::Tracer;
-use sombrero::io::{Access, Document, Output};
+use sombrero::io::{Access, Document, Output, replace_each};
 use sombrero::watermark::{Key, Mismatch, hash_tree};
 use sombrero_timestamp::{Token, request};
 use std::path::{Path, PathBuf};
@@ -129,7 +129,7 @@ fn store(
     Ok(Report { digest, keys: meant.len(), request: None, timestamp: Some(stamp), skipped })
 }
 
-/// All keys or none.
+/// Each key is whole at any moment.
 fn write(keys: &[(PathBuf, Key)]) -> Result<(), Failure> {
     let texts: Vec<String> = keys.iter().map(|(_, key)| key.to_json()).collect();
     let outputs: Vec<Output<'_>> = keys
@@ -137,7 +137,7 @@ fn write(keys: &[(PathBuf, Key)]) -> Result<(), Failure> {
         .zip(&texts)
         .map(|((path, _), text)| Output { path, bytes: text.as_bytes(), access: Access::Private })
         .collect();
-    files::write_all(&outputs, true)
+    Ok(replace_each(&outputs)?)
 }
 
 fn text(args: &Args, folder: &Path, report: &Report) -> Table {
