@@ -85,7 +85,6 @@ pub struct Variant {
 }
 
 /// A statistic, as the answer names it.
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
 fn name<S: Serializer>(statistic: &Statistic, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(statistic.name)
 }
