@@ -37,12 +37,14 @@ impl Default for BasisOptions {
     }
 }
 
-/// m scalar functions over the n vertices of a mesh, each with a direction and a height.
+/// m functions over the n vertices of a mesh: scalar ones, each with a direction and a height, or vector-valued ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basis {
     /// Φ, n × m: column i holds φ_i at each vertex.
     values: CscMatrix<f64>,
     functions: Vec<Function>,
+    /// Where functions are vectors, those instead of φ_i a_i d_i.
+    vectors: Option<CscMatrix<Vector3<f64>>>,
 }
 
 /// What belongs to one basis function beside its values.
@@ -104,7 +106,7 @@ impl Basis {
             direction: all[o.split].direction,
             amplitude,
         });
-        Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect() })
+        Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect(), vectors: None })
     }
 
     /// The basis that was taken apart into [`Basis::functions`] and the columns of [`Basis::values`]: how many
@@ -135,7 +137,41 @@ impl Basis {
         }
         let values = CscMatrix::try_from_csc_data(vertices, functions.len(), offsets, rows, values)
             .map_err(|_| PartsError::Rows)?;
-        Ok(Self { values, functions })
+        Ok(Self { values, functions, vectors: None })
+    }
+
+    /// The basis of functions that are vectors: for each what a unit of its coefficient does to vertices at ε = 1, in
+    /// vertex order. [`Basis::functions`] then tells where each moves furthest, how far and where to.
+    ///
+    /// # Panics
+    /// When a field is not sorted by vertex, or names one that is not below `vertices`.
+    pub fn of_fields(vertices: usize, fields: &[Vec<(u32, Vector3<f64>)>]) -> Self {
+        let of = |field: &Vec<(u32, Vector3<f64>)>| {
+            let largest = field.iter().max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()));
+            let (centre, d) = largest.copied().unwrap_or_default();
+            let amplitude = d.norm();
+            let direction = d.try_normalize(0.0).unwrap_or_default();
+            let centre = VertexId::new(centre as usize);
+            Function { centre, split: 0, height: amplitude, direction, amplitude }
+        };
+        let functions = fields.iter().map(of).collect();
+        let lengths: Vec<usize> = fields.iter().map(Vec::len).collect();
+        let entries = || fields.iter().flatten();
+        let vectors = CscMatrix::try_from_csc_data(
+            vertices,
+            fields.len(),
+            offsets(&lengths).expect("what is in memory can be counted"),
+            entries().map(|e| e.0 as usize).collect(),
+            entries().map(|e| e.1).collect(),
+        )
+        .expect("each column has its rows once, in order");
+        let values = CscMatrix::zeros(vertices, fields.len());
+        Self { values, functions, vectors: Some(vectors) }
+    }
+
+    /// B at ε = 1 where functions are vectors.
+    pub fn vectors(&self) -> Option<&CscMatrix<Vector3<f64>>> {
+        self.vectors.as_ref()
     }
 
     /// How many coefficients a mesh can carry at most. Leaves `progressive` at the full mesh.
@@ -149,7 +185,7 @@ impl Basis {
         self.values.nrows()
     }
 
-    /// Φ, n × m.
+    /// Φ, n × m; without entries where functions are vectors.
     pub fn values(&self) -> &CscMatrix<f64> {
         &self.values
     }
@@ -171,6 +207,14 @@ impl Basis {
     pub fn displacements(&self, w: &[f64], epsilon: f64) -> Vec<Vector3<f64>> {
         assert_eq!(w.len(), self.functions.len(), "a coefficient for each function");
         let mut moved = vec![Vector3::zeros(); self.vertex_count()];
+        if let Some(vectors) = &self.vectors {
+            for (i, column) in vectors.col_iter().enumerate() {
+                for (&row, d) in column.row_indices().iter().zip(column.values()) {
+                    moved[row] += d * (epsilon * w[i]);
+                }
+            }
+            return moved;
+        }
         for (i, column) in self.values.col_iter().enumerate() {
             let step = self.step(i) * (epsilon * w[i]);
             for (&row, &phi) in column.row_indices().iter().zip(column.values()) {
@@ -205,7 +249,7 @@ impl Basis {
                 merged
             })
             .collect();
-        Self { values: compressed(points, &columns), functions: self.functions.clone() }
+        Self { values: compressed(points, &columns), functions: self.functions.clone(), vectors: None }
     }
 
     /// SHA-256 over everything that insertion and extraction depend on: sizes, centres, amplitudes, directions
@@ -223,6 +267,16 @@ impl Basis {
             for (&row, &phi) in column.row_indices().iter().zip(column.values()) {
                 number(row as u64);
                 number(phi.to_bits());
+            }
+        }
+        if let Some(vectors) = &self.vectors {
+            let mut number = |bits: u64| hash.update(bits.to_le_bytes());
+            for column in vectors.col_iter() {
+                number(column.nnz() as u64);
+                for (&row, d) in column.row_indices().iter().zip(column.values()) {
+                    number(row as u64);
+                    d.iter().for_each(|x| number(x.to_bits()));
+                }
             }
         }
         hash.finalize().into()

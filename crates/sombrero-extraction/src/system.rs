@@ -53,6 +53,8 @@ pub(crate) struct MarkMatrix {
     rows: CsrMatrix<f64>,
     /// ε a_i d_i.
     steps: Vec<Vector3<f64>>,
+    /// B by rows where functions are vectors.
+    vectors: Option<CsrMatrix<Vector3<f64>>>,
 }
 
 /// w and β of one solve.
@@ -72,7 +74,11 @@ pub(crate) struct Solution {
 impl MarkMatrix {
     pub(crate) fn new(basis: &Basis, epsilon: f64) -> Self {
         let steps = (0..basis.functions().len()).map(|i| basis.step(i) * epsilon).collect();
-        Self { rows: CsrMatrix::from(basis.values()), steps }
+        let mut vectors = basis.vectors().map(CsrMatrix::from);
+        if let Some(vectors) = &mut vectors {
+            vectors.values_mut().iter_mut().for_each(|d| *d *= epsilon);
+        }
+        Self { rows: CsrMatrix::from(basis.values()), steps, vectors }
     }
 
     pub(crate) fn coefficients(&self) -> usize {
@@ -81,6 +87,10 @@ impl MarkMatrix {
 
     /// (B w) at a vertex.
     pub(crate) fn displacement(&self, vertex: u32, w: &DVector<f64>) -> Vector3<f64> {
+        if let Some(vectors) = &self.vectors {
+            let row = vectors.row(vertex as usize);
+            return row.col_indices().iter().zip(row.values()).map(|(&i, d)| d * w[i]).sum();
+        }
         let row = self.rows.row(vertex as usize);
         row.col_indices().iter().zip(row.values()).map(|(&i, &phi)| self.steps[i] * (phi * w[i])).sum()
     }
@@ -88,6 +98,19 @@ impl MarkMatrix {
     /// The entries of n · B at an observation into `sums`, where all else is 0, and their places into `places`.
     fn row(&self, o: &Observation, sums: &mut [f64], places: &mut Vec<usize>) {
         places.clear();
+        if let Some(vectors) = &self.vectors {
+            for (&v, weight) in o.corners.iter().zip(o.weights).filter(|(_, weight)| *weight != 0.0) {
+                let row = vectors.row(v as usize);
+                let direction = o.direction * weight;
+                for (&i, d) in row.col_indices().iter().zip(row.values()) {
+                    places.push(i);
+                    sums[i] += d.dot(&direction);
+                }
+            }
+            places.sort_unstable();
+            places.dedup();
+            return;
+        }
         for (&v, weight) in o.corners.iter().zip(o.weights).filter(|(_, weight)| *weight != 0.0) {
             let row = self.rows.row(v as usize);
             for (&i, &phi) in row.col_indices().iter().zip(row.values()) {
