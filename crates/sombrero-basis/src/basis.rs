@@ -146,27 +146,41 @@ impl Basis {
     /// # Panics
     /// When a field is not sorted by vertex, or names one that is not below `vertices`.
     pub fn of_fields(vertices: usize, fields: &[Vec<(u32, Vector3<f64>)>]) -> Self {
-        let of = |field: &Vec<(u32, Vector3<f64>)>| {
-            let largest = field.iter().max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()));
-            let (centre, d) = largest.copied().unwrap_or_default();
-            let amplitude = d.norm();
-            let direction = d.try_normalize(0.0).unwrap_or_default();
-            let centre = VertexId::new(centre as usize);
-            Function { centre, split: 0, height: amplitude, direction, amplitude }
-        };
-        let functions = fields.iter().map(of).collect();
         let lengths: Vec<usize> = fields.iter().map(Vec::len).collect();
         let entries = || fields.iter().flatten();
-        let vectors = CscMatrix::try_from_csc_data(
-            vertices,
-            fields.len(),
-            offsets(&lengths).expect("what is in memory can be counted"),
-            entries().map(|e| e.0 as usize).collect(),
-            entries().map(|e| e.1).collect(),
-        )
-        .expect("each column has its rows once, in order");
-        let values = CscMatrix::zeros(vertices, fields.len());
-        Self { values, functions, vectors: Some(vectors) }
+        let (rows, vectors) = (entries().map(|e| e.0 as usize).collect(), entries().map(|e| e.1).collect());
+        Self::from_vectors(vertices, &lengths, rows, vectors)
+            .expect("each field has its vertices once, in order")
+    }
+
+    /// The same from columns: how many entries each has, and all their rows and vectors one column after the other.
+    ///
+    /// # Errors
+    /// [`PartsError`] when the parts do not fit together.
+    pub fn from_vectors(
+        vertices: usize,
+        lengths: &[usize],
+        rows: Vec<usize>,
+        vectors: Vec<Vector3<f64>>,
+    ) -> Result<Self, PartsError> {
+        if !vectors.iter().flatten().all(|x| x.is_finite()) {
+            return Err(PartsError::NotFinite);
+        }
+        let offsets = offsets(lengths).ok_or(PartsError::Lengths)?;
+        if offsets.last() != Some(&rows.len()) || rows.len() != vectors.len() {
+            return Err(PartsError::Lengths);
+        }
+        let vectors = CscMatrix::try_from_csc_data(vertices, lengths.len(), offsets, rows, vectors)
+            .map_err(|_| PartsError::Rows)?;
+        let functions = vectors.col_iter().map(|column| {
+            let entries = column.row_indices().iter().zip(column.values());
+            let largest = entries.max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()));
+            let (&centre, &d) = largest.unwrap_or((&0, &Vector3::zeros()));
+            let (amplitude, direction) = (d.norm(), d.try_normalize(0.0).unwrap_or_default());
+            Function { centre: VertexId::new(centre), split: 0, height: amplitude, direction, amplitude }
+        });
+        let functions = functions.collect();
+        Ok(Self { values: CscMatrix::zeros(vertices, lengths.len()), functions, vectors: Some(vectors) })
     }
 
     /// B at ε = 1 where functions are vectors.
@@ -233,6 +247,20 @@ impl Basis {
     pub fn on_points(&self, point_of: &[u32], points: usize) -> Self {
         let mut copies = vec![0.0; points];
         point_of.iter().for_each(|&p| copies[p as usize] += 1.0);
+        if let Some(vectors) = &self.vectors {
+            let mean = |column: nalgebra_sparse::csc::CscCol<Vector3<f64>>| {
+                let mut merged: Vec<(u32, Vector3<f64>)> = Vec::with_capacity(column.nnz());
+                for (&row, d) in column.row_indices().iter().zip(column.values()) {
+                    let (point, part) = (point_of[row], d / copies[point_of[row] as usize]);
+                    match merged.last_mut() {
+                        Some((last, sum)) if *last == point => *sum += part,
+                        _ => merged.push((point, part)),
+                    }
+                }
+                merged
+            };
+            return Self::of_fields(points, &vectors.col_iter().map(mean).collect::<Vec<_>>());
+        }
         let columns: Vec<Column> = self
             .values
             .col_iter()
@@ -406,6 +434,32 @@ mod tests {
             }
             assert!((moved - expected).norm() < 1e-15);
         }
+    }
+
+    #[test]
+    fn vectors_move_what_they_say_and_copies_by_their_mean() {
+        let fields =
+            [vec![(0, Vector3::x()), (3, Vector3::new(1.0, 2.0, 3.0))], vec![(2, Vector3::y() * 2.0)]];
+        let basis = Basis::of_fields(4, &fields);
+        let moved = basis.displacements(&[2.0, -1.0], 0.5);
+        assert_eq!(moved, [Vector3::x(), Vector3::zeros(), -Vector3::y(), Vector3::new(1.0, 2.0, 3.0)]);
+        let joined = basis.on_points(&[0, 0, 1, 1], 3);
+        let moved = joined.displacements(&[2.0, -1.0], 0.5);
+        let half = Vector3::new(0.5, 0.5, 1.5);
+        assert_eq!(moved, [Vector3::x() / 2.0, half, Vector3::zeros()]);
+        assert_ne!(joined.digest(), basis.digest());
+        let mut other = fields.clone();
+        other[1][0].1.y = 2.0 + f64::EPSILON * 2.0;
+        assert_ne!(Basis::of_fields(4, &other).digest(), basis.digest());
+        let columns = || (vec![0, 3, 2], vec![Vector3::x(), Vector3::y(), Vector3::z()]);
+        let refused = |lengths: &[usize], n| {
+            let (rows, vectors) = columns();
+            Basis::from_vectors(n, lengths, rows, vectors).map(|_| ()).unwrap_err()
+        };
+        assert_eq!(refused(&[2, 2], 4), PartsError::Lengths);
+        assert_eq!(refused(&[2, usize::MAX], 4), PartsError::Lengths);
+        assert_eq!(refused(&[2, 1], 3), PartsError::Rows);
+        assert_eq!(refused(&[3], 4), PartsError::Rows);
     }
 
     type Parts = (Vec<Function>, Vec<usize>, Vec<usize>, Vec<f64>);

@@ -303,6 +303,28 @@ mod tests {
     }
 
     #[test]
+    fn vectors_are_read_as_scalar_functions_are() {
+        let (basis, points) = case(20);
+        let along = |i: usize| {
+            let column = basis.values().col(i);
+            let entries = column.row_indices().iter().zip(column.values());
+            entries.map(|(&v, phi)| (v as u32, basis.step(i) * *phi)).collect()
+        };
+        let vectors = Basis::of_fields(points.len(), &(0..20).map(along).collect::<Vec<_>>());
+        let w: Vec<f64> = (0..20).map(|i| f64::from(i % 7) - 3.0).collect();
+        let mut suspect = marked(&basis, &points, &w);
+        for (k, s) in suspect.iter_mut().enumerate() {
+            *s = s.map(|p| p + Vector3::new((k as f64).sin(), (2.0 * k as f64).cos(), 0.3) * 1e-3);
+        }
+        suspect[5] = None;
+        let [scalar, vector] = [&basis, &vectors].map(|b| extract(b, 0.01, &points, &suspect).unwrap());
+        for (a, b) in scalar.coefficients.iter().zip(&vector.coefficients) {
+            assert!((a.unwrap() - b.unwrap()).abs() < 1e-9, "{a:?} {b:?}");
+        }
+        assert!((scalar.residual_rms - vector.residual_rms).abs() < 1e-12);
+    }
+
+    #[test]
     fn nothing_present_determines_nothing() {
         let (basis, points) = case(5);
         let found = extract(&basis, 0.01, &points, &vec![None; points.len()]).unwrap();

@@ -300,3 +300,42 @@ fn with_prior(left: &DMatrix<f64>, score: &DVector<f64>, variance: f64) -> DVect
 fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
     Cholesky::new(matrix).filter(|factor| factor.l_dirty().iter().all(|x| x.is_finite()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sombrero_basis::{Basis, BasisOptions};
+    use sombrero_mesh::repair;
+    use sombrero_progressive::ProgressiveMesh;
+    use sombrero_shapes as shapes;
+
+    #[test]
+    fn a_vector_for_each_entry_moves_and_is_seen_as_a_function_along_a_direction() {
+        let made = repair(&shapes::bumpy_sphere(400));
+        let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+        let options = BasisOptions { coefficients: 30, ..Default::default() };
+        let basis = Basis::new(&mut progressive, &made.points, &options).unwrap();
+        let along = |i: usize| {
+            let column = basis.values().col(i);
+            let entries = column.row_indices().iter().zip(column.values());
+            entries.map(|(&v, phi)| (v as u32, basis.step(i) * *phi)).collect()
+        };
+        let vectors = Basis::of_fields(made.points.len(), &(0..30).map(along).collect::<Vec<_>>());
+        let both = [&basis, &vectors].map(|b| MarkMatrix::new(b, 0.01));
+        let w = DVector::from_fn(30, |i, _| f64::from(i as u32 % 5) - 2.0);
+        let triangles = progressive.mesh().triangles();
+        for &corners in triangles.iter().step_by(7) {
+            let [a, b] = both.each_ref().map(|matrix| matrix.displacement(corners[0], &w));
+            assert!((a - b).norm() < 1e-15);
+            let direction = Vector3::new(0.6, 0.0, 0.8);
+            let observation = Observation { corners, weights: [0.2, 0.3, 0.5], direction, offset: 0.0 };
+            let [a, b] = both.each_ref().map(|matrix| {
+                let (mut sums, mut places) = (vec![0.0; 30], Vec::new());
+                matrix.row(&observation, &mut sums, &mut places);
+                (sums, places)
+            });
+            assert_eq!(a.1, b.1);
+            assert!(a.0.iter().zip(&b.0).all(|(x, y)| (x - y).abs() < 1e-15));
+        }
+    }
+}
