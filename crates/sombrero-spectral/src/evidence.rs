@@ -117,9 +117,9 @@ fn factor(
     let of_pair =
         |a: usize, b: usize| &parts[pairs.iter().position(|&p| p == (a.max(b), a.min(b))).unwrap_or(0)];
     let mut rows = vec![vec![0.0; columns]; columns];
-    for i in 0..lattice {
-        for j in 0..lattice {
-            rows[i][j] = of_pair(i % 3, j % 3)[(i / 3) * LATTICE + j / 3];
+    for (i, row) in rows.iter_mut().take(lattice).enumerate() {
+        for (j, entry) in row.iter_mut().take(lattice).enumerate() {
+            *entry = of_pair(i % 3, j % 3)[(i / 3) * LATTICE + j / 3];
         }
     }
     for (k, mode) in modes.iter().enumerate() {
