@@ -9,7 +9,7 @@ use sombrero::{DetectOptions, Detector, Model, PreparedBasis, attack, io::Docume
 use sombrero_attacks::Attack;
 use sombrero_basis::{Amplitudes, Basis, BasisFunction, BasisOptions};
 use sombrero_spectral::{Fields, FieldsOptions};
-use sombrero_watermark::{Identity, Key, OriginalDigest, Parameters, Secret, embed};
+use sombrero_watermark::{Derivation, Identity, Key, OriginalDigest, Parameters, Secret, embed};
 use std::time::Instant;
 
 const ATTACKS: [(&str, &str); 18] = [
@@ -97,10 +97,17 @@ fn main() -> Result<()> {
             function: BasisFunction::Sombrero,
             amplitudes: Amplitudes::RootHeights,
         };
-        let parameters = Parameters { basis: basis_options, epsilon };
-        let digest = OriginalDigest::of(&document.content());
+        let parameters = Parameters { preset: None, basis: basis_options, epsilon };
+        let digest = OriginalDigest::of(document.parts());
         for secret in 1..=secrets {
-            let key = Key::new(&digest, Identity::default(), Secret([secret; 32]), &parameters, &basis);
+            let key = Key::new(
+                &digest,
+                Identity::default(),
+                Secret([secret; 32]),
+                parameters,
+                &basis.digest(),
+                Derivation::STANDARD,
+            );
             let moved = embed(points, &basis, &key.watermark, epsilon);
             show(&model, &moved);
             let marked = document.with_points(&model.stored_from_points(&moved))?;

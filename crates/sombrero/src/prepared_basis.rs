@@ -229,9 +229,10 @@ mod tests {
     use crate::{DetectError, DetectOptions, Detector, EmbedOptions, Method, embed};
     use nalgebra::Point3;
     use proptest::prelude::*;
+    use sombrero_basis::BasisOptions;
     use sombrero_io::{Document, Format, encode};
     use sombrero_shapes as shapes;
-    use sombrero_watermark::{Derivation, Mismatch, OriginalDigest, Preset, Secret};
+    use sombrero_watermark::{Derivation, Mismatch, OriginalDigest, Parameters, Preset, Secret};
     use std::sync::LazyLock;
 
     static MADE: LazyLock<(Detector, Vec<u8>)> = LazyLock::new(|| made(1, Preset::Robust));
@@ -280,11 +281,14 @@ mod tests {
         let points = &detector.model().soup().points;
         let field =
             |i: u32| (i..points.len() as u32).map(|v| (v, points[v as usize].coords * 1e-3)).collect();
-        let basis = Basis::of_fields(points.len(), &(0..6).map(field).collect::<Vec<_>>());
+        let basis = Basis::of_fields(points.len(), &(0..16).map(field).collect::<Vec<_>>());
         let original = Document::parse(encode(Format::Obj, detector.model().soup()).unwrap(), None).unwrap();
-        let digest = OriginalDigest::of(&original.content());
+        let digest = OriginalDigest::of(original.parts());
         let old = detector.key();
-        let key = Key::new(&digest, old.identity.clone(), old.secret, &old.parameters, &basis);
+        let options = BasisOptions { coefficients: 16, ..old.parameters.basis };
+        let parameters = Parameters { basis: options, ..old.parameters };
+        let key =
+            Key::new(&digest, old.identity.clone(), old.secret, parameters, &basis.digest(), old.derivation);
         let file = write(&basis, &key);
         let stored = PreparedBasis::parse(&file, &key).unwrap();
         assert_eq!(stored.0, basis);
