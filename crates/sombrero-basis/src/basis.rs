@@ -37,12 +37,14 @@ impl Default for BasisOptions {
     }
 }
 
-/// m scalar functions over the n vertices of a mesh, each with a direction and a height.
+/// m functions over the n vertices of a mesh: scalar ones, each with a direction and a height, or vector-valued ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basis {
     /// Φ, n × m: column i holds φ_i at each vertex.
     values: CscMatrix<f64>,
     functions: Vec<Function>,
+    /// Where functions are vectors, those instead of φ_i a_i d_i.
+    vectors: Option<CscMatrix<Vector3<f64>>>,
 }
 
 /// What belongs to one basis function beside its values.
@@ -104,7 +106,7 @@ impl Basis {
             direction: all[o.split].direction,
             amplitude,
         });
-        Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect() })
+        Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect(), vectors: None })
     }
 
     /// The basis that was taken apart into [`Basis::functions`] and the columns of [`Basis::values`]: how many
@@ -135,7 +137,55 @@ impl Basis {
         }
         let values = CscMatrix::try_from_csc_data(vertices, functions.len(), offsets, rows, values)
             .map_err(|_| PartsError::Rows)?;
-        Ok(Self { values, functions })
+        Ok(Self { values, functions, vectors: None })
+    }
+
+    /// The basis of functions that are vectors: for each what a unit of its coefficient does to vertices at ε = 1, in
+    /// vertex order. [`Basis::functions`] then tells where each moves furthest, how far and where to.
+    ///
+    /// # Panics
+    /// When a field is not sorted by vertex, or names one that is not below `vertices`.
+    pub fn of_fields(vertices: usize, fields: &[Vec<(u32, Vector3<f64>)>]) -> Self {
+        let lengths: Vec<usize> = fields.iter().map(Vec::len).collect();
+        let entries = || fields.iter().flatten();
+        let (rows, vectors) = (entries().map(|e| e.0 as usize).collect(), entries().map(|e| e.1).collect());
+        Self::from_vectors(vertices, &lengths, rows, vectors)
+            .expect("each field has its vertices once, in order")
+    }
+
+    /// The same from columns: how many entries each has, and all their rows and vectors one column after the other.
+    ///
+    /// # Errors
+    /// [`PartsError`] when the parts do not fit together.
+    pub fn from_vectors(
+        vertices: usize,
+        lengths: &[usize],
+        rows: Vec<usize>,
+        vectors: Vec<Vector3<f64>>,
+    ) -> Result<Self, PartsError> {
+        if !vectors.iter().flatten().all(|x| x.is_finite()) {
+            return Err(PartsError::NotFinite);
+        }
+        let offsets = offsets(lengths).ok_or(PartsError::Lengths)?;
+        if offsets.last() != Some(&rows.len()) || rows.len() != vectors.len() {
+            return Err(PartsError::Lengths);
+        }
+        let vectors = CscMatrix::try_from_csc_data(vertices, lengths.len(), offsets, rows, vectors)
+            .map_err(|_| PartsError::Rows)?;
+        let functions = vectors.col_iter().map(|column| {
+            let entries = column.row_indices().iter().zip(column.values());
+            let largest = entries.max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()));
+            let (&centre, &d) = largest.unwrap_or((&0, &Vector3::zeros()));
+            let (amplitude, direction) = (d.norm(), d.try_normalize(0.0).unwrap_or_default());
+            Function { centre: VertexId::new(centre), split: 0, height: amplitude, direction, amplitude }
+        });
+        let functions = functions.collect();
+        Ok(Self { values: CscMatrix::zeros(vertices, lengths.len()), functions, vectors: Some(vectors) })
+    }
+
+    /// B at ε = 1 where functions are vectors.
+    pub fn vectors(&self) -> Option<&CscMatrix<Vector3<f64>>> {
+        self.vectors.as_ref()
     }
 
     /// How many coefficients a mesh can carry at most. Leaves `progressive` at the full mesh.
@@ -149,7 +199,7 @@ impl Basis {
         self.values.nrows()
     }
 
-    /// Φ, n × m.
+    /// Φ, n × m; without entries where functions are vectors.
     pub fn values(&self) -> &CscMatrix<f64> {
         &self.values
     }
@@ -171,6 +221,14 @@ impl Basis {
     pub fn displacements(&self, w: &[f64], epsilon: f64) -> Vec<Vector3<f64>> {
         assert_eq!(w.len(), self.functions.len(), "a coefficient for each function");
         let mut moved = vec![Vector3::zeros(); self.vertex_count()];
+        if let Some(vectors) = &self.vectors {
+            for (i, column) in vectors.col_iter().enumerate() {
+                for (&row, d) in column.row_indices().iter().zip(column.values()) {
+                    moved[row] += d * (epsilon * w[i]);
+                }
+            }
+            return moved;
+        }
         for (i, column) in self.values.col_iter().enumerate() {
             let step = self.step(i) * (epsilon * w[i]);
             for (&row, &phi) in column.row_indices().iter().zip(column.values()) {
@@ -189,6 +247,20 @@ impl Basis {
     pub fn on_points(&self, point_of: &[u32], points: usize) -> Self {
         let mut copies = vec![0.0; points];
         point_of.iter().for_each(|&p| copies[p as usize] += 1.0);
+        if let Some(vectors) = &self.vectors {
+            let mean = |column: nalgebra_sparse::csc::CscCol<Vector3<f64>>| {
+                let mut merged: Vec<(u32, Vector3<f64>)> = Vec::with_capacity(column.nnz());
+                for (&row, d) in column.row_indices().iter().zip(column.values()) {
+                    let (point, part) = (point_of[row], d / copies[point_of[row] as usize]);
+                    match merged.last_mut() {
+                        Some((last, sum)) if *last == point => *sum += part,
+                        _ => merged.push((point, part)),
+                    }
+                }
+                merged
+            };
+            return Self::of_fields(points, &vectors.col_iter().map(mean).collect::<Vec<_>>());
+        }
         let columns: Vec<Column> = self
             .values
             .col_iter()
@@ -205,7 +277,7 @@ impl Basis {
                 merged
             })
             .collect();
-        Self { values: compressed(points, &columns), functions: self.functions.clone() }
+        Self { values: compressed(points, &columns), functions: self.functions.clone(), vectors: None }
     }
 
     /// SHA-256 over everything that insertion and extraction depend on: sizes, centres, amplitudes, directions
@@ -223,6 +295,16 @@ impl Basis {
             for (&row, &phi) in column.row_indices().iter().zip(column.values()) {
                 number(row as u64);
                 number(phi.to_bits());
+            }
+        }
+        if let Some(vectors) = &self.vectors {
+            let mut number = |bits: u64| hash.update(bits.to_le_bytes());
+            for column in vectors.col_iter() {
+                number(column.nnz() as u64);
+                for (&row, d) in column.row_indices().iter().zip(column.values()) {
+                    number(row as u64);
+                    d.iter().for_each(|x| number(x.to_bits()));
+                }
             }
         }
         hash.finalize().into()
@@ -352,6 +434,32 @@ mod tests {
             }
             assert!((moved - expected).norm() < 1e-15);
         }
+    }
+
+    #[test]
+    fn vectors_move_what_they_say_and_copies_by_their_mean() {
+        let fields =
+            [vec![(0, Vector3::x()), (3, Vector3::new(1.0, 2.0, 3.0))], vec![(2, Vector3::y() * 2.0)]];
+        let basis = Basis::of_fields(4, &fields);
+        let moved = basis.displacements(&[2.0, -1.0], 0.5);
+        assert_eq!(moved, [Vector3::x(), Vector3::zeros(), -Vector3::y(), Vector3::new(1.0, 2.0, 3.0)]);
+        let joined = basis.on_points(&[0, 0, 1, 1], 3);
+        let moved = joined.displacements(&[2.0, -1.0], 0.5);
+        let half = Vector3::new(0.5, 0.5, 1.5);
+        assert_eq!(moved, [Vector3::x() / 2.0, half, Vector3::zeros()]);
+        assert_ne!(joined.digest(), basis.digest());
+        let mut other = fields.clone();
+        other[1][0].1.y = 2.0 + f64::EPSILON * 2.0;
+        assert_ne!(Basis::of_fields(4, &other).digest(), basis.digest());
+        let columns = || (vec![0, 3, 2], vec![Vector3::x(), Vector3::y(), Vector3::z()]);
+        let refused = |lengths: &[usize], n| {
+            let (rows, vectors) = columns();
+            Basis::from_vectors(n, lengths, rows, vectors).map(|_| ()).unwrap_err()
+        };
+        assert_eq!(refused(&[2, 2], 4), PartsError::Lengths);
+        assert_eq!(refused(&[2, usize::MAX], 4), PartsError::Lengths);
+        assert_eq!(refused(&[2, 1], 3), PartsError::Rows);
+        assert_eq!(refused(&[3], 4), PartsError::Rows);
     }
 
     type Parts = (Vec<Function>, Vec<usize>, Vec<usize>, Vec<f64>);

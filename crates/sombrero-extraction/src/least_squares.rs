@@ -92,6 +92,9 @@ struct System<'a> {
     basis: &'a Basis,
     /// Φ by rows.
     rows: CsrMatrix<f64>,
+    /// B by rows where functions are vectors.
+    vectors: Option<CsrMatrix<Vector3<f64>>>,
+    epsilon: f64,
     /// v* - v, present vertices only.
     offsets: Vec<Option<Vector3<f64>>>,
     /// ε h_i d_i.
@@ -101,7 +104,8 @@ struct System<'a> {
 impl<'a> System<'a> {
     fn new(basis: &'a Basis, epsilon: f64, offsets: Vec<Option<Vector3<f64>>>) -> Self {
         let steps = (0..basis.functions().len()).map(|i| basis.step(i) * epsilon).collect();
-        Self { basis, rows: CsrMatrix::from(basis.values()), offsets, steps }
+        let vectors = basis.vectors().map(CsrMatrix::from);
+        Self { basis, rows: CsrMatrix::from(basis.values()), vectors, epsilon, offsets, steps }
     }
 
     fn solve(&self) -> Extraction {
@@ -133,6 +137,16 @@ impl<'a> System<'a> {
     fn normal_matrix(&self) -> DMatrix<f64> {
         let m = self.steps.len();
         let mut gram = DMatrix::<f64>::zeros(m, m);
+        if let Some(vectors) = &self.vectors {
+            for (row, _) in vectors.row_iter().zip(&self.offsets).filter(|(_, offset)| offset.is_some()) {
+                for (k, (&i, d)) in row.col_indices().iter().zip(row.values()).enumerate() {
+                    for (&j, e) in row.col_indices().iter().zip(row.values()).skip(k) {
+                        gram[(i, j)] += d.dot(e);
+                    }
+                }
+            }
+            return DMatrix::from_fn(m, m, |i, j| gram[(i.min(j), i.max(j))] * self.epsilon * self.epsilon);
+        }
         for (row, _) in self.rows.row_iter().zip(&self.offsets).filter(|(_, offset)| offset.is_some()) {
             for (k, (&i, &phi)) in row.col_indices().iter().zip(row.values()).enumerate() {
                 for (&j, &psi) in row.col_indices().iter().zip(row.values()).skip(k) {
@@ -145,6 +159,13 @@ impl<'a> System<'a> {
 
     /// Bᵀ r over the present rows.
     fn transposed_times(&self, r: &[Option<Vector3<f64>>]) -> DVector<f64> {
+        if let Some(vectors) = self.basis.vectors() {
+            let sums = vectors.col_iter().map(|column| {
+                let terms = column.row_indices().iter().zip(column.values());
+                terms.filter_map(|(&row, d)| r[row].map(|r| r.dot(d))).sum::<f64>() * self.epsilon
+            });
+            return DVector::from_iterator(self.steps.len(), sums);
+        }
         let sums = self.basis.values().col_iter().zip(&self.steps).map(|(column, step)| {
             let terms = column.row_indices().iter().zip(column.values());
             let sum: Vector3<f64> = terms.filter_map(|(&row, &phi)| r[row].map(|r| r * phi)).sum();
@@ -155,6 +176,16 @@ impl<'a> System<'a> {
 
     /// v* - v - B w over the present rows.
     fn residual(&self, w: &DVector<f64>) -> Vec<Option<Vector3<f64>>> {
+        if let Some(vectors) = &self.vectors {
+            let rows = vectors.row_iter().zip(&self.offsets);
+            let residual =
+                |(row, offset): (nalgebra_sparse::csr::CsrRow<Vector3<f64>>, &Option<Vector3<f64>>)| {
+                    let terms = row.col_indices().iter().zip(row.values());
+                    let moved: Vector3<f64> = terms.map(|(&i, d)| d * (self.epsilon * w[i])).sum();
+                    offset.map(|offset| offset - moved)
+                };
+            return rows.map(residual).collect();
+        }
         let rows = self.rows.row_iter().zip(&self.offsets);
         rows.map(|(row, offset)| {
             let terms = row.col_indices().iter().zip(row.values());
@@ -269,6 +300,28 @@ mod tests {
         for (found, expected) in found.coefficients.iter().zip(expected.iter()) {
             assert!((found.unwrap() - expected).abs() < 1e-9 * expected.abs().max(1.0));
         }
+    }
+
+    #[test]
+    fn vectors_are_read_as_scalar_functions_are() {
+        let (basis, points) = case(20);
+        let along = |i: usize| {
+            let column = basis.values().col(i);
+            let entries = column.row_indices().iter().zip(column.values());
+            entries.map(|(&v, phi)| (v as u32, basis.step(i) * *phi)).collect()
+        };
+        let vectors = Basis::of_fields(points.len(), &(0..20).map(along).collect::<Vec<_>>());
+        let w: Vec<f64> = (0..20).map(|i| f64::from(i % 7) - 3.0).collect();
+        let mut suspect = marked(&basis, &points, &w);
+        for (k, s) in suspect.iter_mut().enumerate() {
+            *s = s.map(|p| p + Vector3::new((k as f64).sin(), (2.0 * k as f64).cos(), 0.3) * 1e-3);
+        }
+        suspect[5] = None;
+        let [scalar, vector] = [&basis, &vectors].map(|b| extract(b, 0.01, &points, &suspect).unwrap());
+        for (a, b) in scalar.coefficients.iter().zip(&vector.coefficients) {
+            assert!((a.unwrap() - b.unwrap()).abs() < 1e-9, "{a:?} {b:?}");
+        }
+        assert!((scalar.residual_rms - vector.residual_rms).abs() < 1e-12);
     }
 
     #[test]

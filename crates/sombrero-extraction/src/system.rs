@@ -53,6 +53,8 @@ pub(crate) struct MarkMatrix {
     rows: CsrMatrix<f64>,
     /// ε a_i d_i.
     steps: Vec<Vector3<f64>>,
+    /// B by rows where functions are vectors.
+    vectors: Option<CsrMatrix<Vector3<f64>>>,
 }
 
 /// w and β of one solve.
@@ -72,7 +74,11 @@ pub(crate) struct Solution {
 impl MarkMatrix {
     pub(crate) fn new(basis: &Basis, epsilon: f64) -> Self {
         let steps = (0..basis.functions().len()).map(|i| basis.step(i) * epsilon).collect();
-        Self { rows: CsrMatrix::from(basis.values()), steps }
+        let mut vectors = basis.vectors().map(CsrMatrix::from);
+        if let Some(vectors) = &mut vectors {
+            vectors.values_mut().iter_mut().for_each(|d| *d *= epsilon);
+        }
+        Self { rows: CsrMatrix::from(basis.values()), steps, vectors }
     }
 
     pub(crate) fn coefficients(&self) -> usize {
@@ -81,6 +87,10 @@ impl MarkMatrix {
 
     /// (B w) at a vertex.
     pub(crate) fn displacement(&self, vertex: u32, w: &DVector<f64>) -> Vector3<f64> {
+        if let Some(vectors) = &self.vectors {
+            let row = vectors.row(vertex as usize);
+            return row.col_indices().iter().zip(row.values()).map(|(&i, d)| d * w[i]).sum();
+        }
         let row = self.rows.row(vertex as usize);
         row.col_indices().iter().zip(row.values()).map(|(&i, &phi)| self.steps[i] * (phi * w[i])).sum()
     }
@@ -88,6 +98,19 @@ impl MarkMatrix {
     /// The entries of n · B at an observation into `sums`, where all else is 0, and their places into `places`.
     fn row(&self, o: &Observation, sums: &mut [f64], places: &mut Vec<usize>) {
         places.clear();
+        if let Some(vectors) = &self.vectors {
+            for (&v, weight) in o.corners.iter().zip(o.weights).filter(|(_, weight)| *weight != 0.0) {
+                let row = vectors.row(v as usize);
+                let direction = o.direction * weight;
+                for (&i, d) in row.col_indices().iter().zip(row.values()) {
+                    places.push(i);
+                    sums[i] += d.dot(&direction);
+                }
+            }
+            places.sort_unstable();
+            places.dedup();
+            return;
+        }
         for (&v, weight) in o.corners.iter().zip(o.weights).filter(|(_, weight)| *weight != 0.0) {
             let row = self.rows.row(v as usize);
             for (&i, &phi) in row.col_indices().iter().zip(row.values()) {
@@ -276,4 +299,43 @@ fn with_prior(left: &DMatrix<f64>, score: &DVector<f64>, variance: f64) -> DVect
 /// Of the lower triangle.
 fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
     Cholesky::new(matrix).filter(|factor| factor.l_dirty().iter().all(|x| x.is_finite()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sombrero_basis::{Basis, BasisOptions};
+    use sombrero_mesh::repair;
+    use sombrero_progressive::ProgressiveMesh;
+    use sombrero_shapes as shapes;
+
+    #[test]
+    fn a_vector_for_each_entry_moves_and_is_seen_as_a_function_along_a_direction() {
+        let made = repair(&shapes::bumpy_sphere(400));
+        let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+        let options = BasisOptions { coefficients: 30, ..Default::default() };
+        let basis = Basis::new(&mut progressive, &made.points, &options).unwrap();
+        let along = |i: usize| {
+            let column = basis.values().col(i);
+            let entries = column.row_indices().iter().zip(column.values());
+            entries.map(|(&v, phi)| (v as u32, basis.step(i) * *phi)).collect()
+        };
+        let vectors = Basis::of_fields(made.points.len(), &(0..30).map(along).collect::<Vec<_>>());
+        let both = [&basis, &vectors].map(|b| MarkMatrix::new(b, 0.01));
+        let w = DVector::from_fn(30, |i, _| f64::from(i as u32 % 5) - 2.0);
+        let triangles = progressive.mesh().triangles();
+        for &corners in triangles.iter().step_by(7) {
+            let [a, b] = both.each_ref().map(|matrix| matrix.displacement(corners[0], &w));
+            assert!((a - b).norm() < 1e-15);
+            let direction = Vector3::new(0.6, 0.0, 0.8);
+            let observation = Observation { corners, weights: [0.2, 0.3, 0.5], direction, offset: 0.0 };
+            let [a, b] = both.each_ref().map(|matrix| {
+                let (mut sums, mut places) = (vec![0.0; 30], Vec::new());
+                matrix.row(&observation, &mut sums, &mut places);
+                (sums, places)
+            });
+            assert_eq!(a.1, b.1);
+            assert!(a.0.iter().zip(&b.0).all(|(x, y)| (x - y).abs() < 1e-15));
+        }
+    }
 }

@@ -10,9 +10,14 @@
 //! SHA-256             of everything above
 //! ```
 //!
+//! Of functions that are vectors, "sombrero prepared vectors 1\n", identity, n, m, the entries of the m columns, rows, three
+//! values a row, and the hash.
+//!
 //! All numbers are little endian, and where nothing is said have 64 bits. The hash at the end tells damage; it protects
 //! from nobody. That the basis is the one that was marked with, the key's own hash of it tells.
 
+use nalgebra::Vector3;
+use nalgebra_sparse::CscMatrix;
 use sha2::{Digest, Sha256};
 use sombrero_basis::{Basis, Function};
 use sombrero_mesh::VertexId;
@@ -22,10 +27,13 @@ use thiserror::Error;
 /// What every version begins with.
 const FAMILY: &[u8] = b"sombrero prepared ";
 const MAGIC: &[u8] = b"sombrero prepared 1\n";
+const VECTORS: &[u8] = b"sombrero prepared vectors 1\n";
 /// Bytes of a function's record.
 const RECORD: usize = 60;
 /// Bytes of an entry: a row and a value.
 const ENTRY: usize = 12;
+/// The same where a value is a vector.
+const VECTOR_ENTRY: usize = 28;
 
 /// The reason why a file is no prepared basis that fits a key.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -58,6 +66,11 @@ pub enum PreparedBasisError {
 pub struct PreparedBasis(pub(crate) Basis);
 
 impl PreparedBasis {
+    /// A basis of this process that stands for a prepared one: for experiments with functions that no preset has yet.
+    pub fn from_basis(basis: Basis) -> Self {
+        Self(basis)
+    }
+
     /// Reads what [`Detector::prepared_basis`](crate::Detector::prepared_basis) made for this `key`. Any bytes are a basis or an
     /// error, and memory use stays within a small multiple of their number.
     ///
@@ -65,18 +78,21 @@ impl PreparedBasis {
     /// [`PreparedBasisError`] when the file is damaged or belongs to something else.
     pub fn parse(file: &[u8], key: &Key) -> Result<Self, PreparedBasisError> {
         let family = file.starts_with(FAMILY);
-        if !file.starts_with(MAGIC) {
+        let vectors = file.starts_with(VECTORS);
+        let magic = if vectors { VECTORS } else { MAGIC };
+        if !file.starts_with(magic) {
             return Err(if family { PreparedBasisError::Version } else { PreparedBasisError::Foreign });
         }
         let (content, hash) = file.split_last_chunk::<32>().ok_or(PreparedBasisError::Damaged)?;
         if Sha256::digest(content).as_slice() != hash {
             return Err(PreparedBasisError::Damaged);
         }
-        let mut rest = Bytes(content.get(MAGIC.len()..).ok_or(PreparedBasisError::Damaged)?);
+        let mut rest = Bytes(content.get(magic.len()..).ok_or(PreparedBasisError::Damaged)?);
         if rest.array::<32>() != Some(identity(key)) {
             return Err(PreparedBasisError::Unrelated);
         }
-        let basis = basis(rest).ok_or(PreparedBasisError::Damaged)?;
+        let basis =
+            if vectors { vector_basis(rest) } else { basis(rest) }.ok_or(PreparedBasisError::Damaged)?;
         let fits = basis.functions().len() == key.watermark.len() && key.check_basis(&basis.digest()).is_ok();
         if fits { Ok(Self(basis)) } else { Err(PreparedBasisError::Unrelated) }
     }
@@ -84,6 +100,9 @@ impl PreparedBasis {
 
 /// The file for this basis and key.
 pub(crate) fn write(basis: &Basis, key: &Key) -> Vec<u8> {
+    if let Some(vectors) = basis.vectors() {
+        return write_vectors(vectors, key);
+    }
     let (functions, values) = (basis.functions(), basis.values());
     let size = MAGIC.len() + 2 * 32 + 2 * 8 + RECORD * functions.len() + ENTRY * values.nnz();
     let mut file = Vec::with_capacity(size);
@@ -102,6 +121,21 @@ pub(crate) fn write(basis: &Basis, key: &Key) -> Vec<u8> {
     // Vertices are counted in 32 bits everywhere.
     file.extend(values.row_indices().iter().flat_map(|&row| (row as u32).to_le_bytes()));
     file.extend(values.values().iter().flat_map(|value| value.to_le_bytes()));
+    let hash = Sha256::digest(&file);
+    file.extend(hash);
+    file
+}
+
+fn write_vectors(vectors: &CscMatrix<Vector3<f64>>, key: &Key) -> Vec<u8> {
+    let size = VECTORS.len() + 2 * 32 + 2 * 8 + 8 * vectors.ncols() + VECTOR_ENTRY * vectors.nnz();
+    let mut file = Vec::with_capacity(size);
+    file.extend(VECTORS);
+    file.extend(identity(key));
+    file.extend((vectors.nrows() as u64).to_le_bytes());
+    file.extend((vectors.ncols() as u64).to_le_bytes());
+    file.extend(vectors.col_iter().flat_map(|column| (column.nnz() as u64).to_le_bytes()));
+    file.extend(vectors.row_indices().iter().flat_map(|&row| (row as u32).to_le_bytes()));
+    file.extend(vectors.values().iter().flat_map(|d| [d.x, d.y, d.z]).flat_map(f64::to_le_bytes));
     let hash = Sha256::digest(&file);
     file.extend(hash);
     file
@@ -133,6 +167,19 @@ fn basis(mut rest: Bytes) -> Option<Basis> {
     let values = Bytes(rest.take(entries * 8)?).numbers(f64::from_le_bytes);
     let whole = rest.0.is_empty();
     Basis::from_parts(vertices, functions, &lengths, rows, values).ok().filter(|_| whole)
+}
+
+/// The same where functions are vectors.
+fn vector_basis(mut rest: Bytes) -> Option<Basis> {
+    let (vertices, m) = (rest.size()?, rest.size()?);
+    let lengths = Bytes(rest.take(m.checked_mul(8)?)?).numbers(u64::from_le_bytes);
+    let lengths: Vec<usize> = lengths.into_iter().map(usize::try_from).collect::<Result<_, _>>().ok()?;
+    let entries = rest.0.len() / VECTOR_ENTRY;
+    let rows = Bytes(rest.take(entries * 4)?).numbers(|b| u32::from_le_bytes(b) as usize);
+    let numbers = Bytes(rest.take(entries * 24)?).numbers(f64::from_le_bytes);
+    let vectors = numbers.as_chunks().0.iter().map(|&d: &[f64; 3]| Vector3::from(d)).collect();
+    let whole = rest.0.is_empty();
+    Basis::from_vectors(vertices, &lengths, rows, vectors).ok().filter(|_| whole)
 }
 
 /// Bytes that are still to be read.
@@ -180,11 +227,12 @@ impl<'a> Bytes<'a> {
 mod tests {
     use super::*;
     use crate::{DetectError, DetectOptions, Detector, EmbedOptions, Method, embed};
-    use nalgebra::{Point3, Vector3};
+    use nalgebra::Point3;
     use proptest::prelude::*;
+    use sombrero_basis::BasisOptions;
     use sombrero_io::{Document, Format, encode};
     use sombrero_shapes as shapes;
-    use sombrero_watermark::{Derivation, Mismatch, OriginalDigest, Preset, Secret};
+    use sombrero_watermark::{Derivation, Mismatch, OriginalDigest, Parameters, Preset, Secret};
     use std::sync::LazyLock;
 
     static MADE: LazyLock<(Detector, Vec<u8>)> = LazyLock::new(|| made(1, Preset::Robust));
@@ -225,6 +273,34 @@ mod tests {
         assert!(PreparedBasis::parse(&MADE.1, other.key()).is_ok());
         let (paper, _) = made(1, Preset::Paper);
         assert_eq!(PreparedBasis::parse(&MADE.1, paper.key()), Err(PreparedBasisError::Unrelated));
+    }
+
+    #[test]
+    fn vectors_survive_their_file_and_sizes_are_not_believed() {
+        let (detector, _) = &*MADE;
+        let points = &detector.model().soup().points;
+        let field =
+            |i: u32| (i..points.len() as u32).map(|v| (v, points[v as usize].coords * 1e-3)).collect();
+        let basis = Basis::of_fields(points.len(), &(0..16).map(field).collect::<Vec<_>>());
+        let original = Document::parse(encode(Format::Obj, detector.model().soup()).unwrap(), None).unwrap();
+        let digest = OriginalDigest::of(original.parts());
+        let old = detector.key();
+        let options = BasisOptions { coefficients: 16, ..old.parameters.basis };
+        let parameters = Parameters { basis: options, ..old.parameters };
+        let key =
+            Key::new(&digest, old.identity.clone(), old.secret, parameters, &basis.digest(), old.derivation);
+        let file = write(&basis, &key);
+        let stored = PreparedBasis::parse(&file, &key).unwrap();
+        assert_eq!(stored.0, basis);
+        let content = &file[..file.len() - 32];
+        for place in (VECTORS.len() + 32..VECTORS.len() + 32 + 64).step_by(8) {
+            for size in [0, 1, u64::MAX, u64::MAX / 8, 1 << 40] {
+                let mut forged = content.to_vec();
+                forged[place..place + 8].copy_from_slice(&size.to_le_bytes());
+                assert!(PreparedBasis::parse(&sealed(forged), &key).is_err(), "{size} at {place}");
+            }
+        }
+        assert!(PreparedBasis::parse(&sealed(content[..content.len() - 5].to_vec()), &key).is_err());
     }
 
     #[test]

@@ -1,0 +1,197 @@
+//! The whole way from a mesh to its fields.
+//!
+//! 1. Planar regions of the full mesh.
+//! 2. A level of the progressive mesh with a few thousand vertices, overlapping pieces of it, and the best fields of each.
+//! 3. How strong each is to be, seen together.
+//! 4. Up the vertex splits to the full mesh, where their strength is measured.
+
+use crate::amplitudes::{self, Costs};
+use crate::candidates::candidates;
+use crate::carry::{Shifts, carry};
+use crate::evidence::Evidence;
+use crate::modes::modes;
+use crate::planes::Planes;
+use crate::surface::Surface;
+use crate::turning::{turned, turned_by_all, unevenness};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+use sombrero_mesh::{BoundingBox, Soup};
+use sombrero_progress::Progress;
+use sombrero_progressive::ProgressiveMesh;
+use thiserror::Error;
+
+/// Displacements of some vertices in model units, in vertex order; all others stand still.
+pub type Field = Vec<(u32, Vector3<f64>)>;
+
+/// How fields are sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FieldsOptions {
+    /// How many overlapping pieces the curved surface is covered with; each planar region has one more. Default 40.
+    pub pieces: usize,
+    /// Fields of each piece. Default 5.
+    pub of_each: usize,
+    /// The share of the curved surface that a piece covers. Default 0.12.
+    pub share: f64,
+    /// Vertices of the level that fields are sought on. Default 3000.
+    pub vertices: usize,
+    /// How far normals are to turn in the end, root mean square by area in radians. Default 0.0041, 0.235 degrees.
+    pub turn: f64,
+    /// How far the surface may move at that, root mean square in diagonals of the bounding box. Default 0.00038.
+    pub reach: f64,
+    /// The noise that fields are to withstand, in largest sides. Default 0.002.
+    pub noise: f64,
+}
+
+impl Default for FieldsOptions {
+    fn default() -> Self {
+        Self {
+            pieces: 40,
+            of_each: 5,
+            share: 0.12,
+            vertices: 3000,
+            turn: 0.0041,
+            reach: 0.00038,
+            noise: 0.002,
+        }
+    }
+}
+
+/// Why there are no fields.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum FieldsError {
+    /// Nothing on this surface moves without being seen.
+    #[error(
+        "no displacement of this mesh tells anything without being seen; use a finer mesh, with some relief"
+    )]
+    None,
+}
+
+/// The fields of a surface, local and smooth, which keep planar regions planar.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Fields {
+    /// v' = v + ε Σ w_i D_i(v). With standard Gaussian w normals turn by ε radians: root mean square by area, in
+    /// expectation over w, to first order.
+    pub columns: Vec<Field>,
+    /// How many planar regions were found and kept planar.
+    pub planes: usize,
+}
+
+/// Fields whose strength is below this share of the mean carry nothing worth the name.
+const WEAK: f64 = 0.02;
+/// How often what turns normals where much is turned already is made dearer.
+const EVENINGS: usize = 4;
+/// Meshes with this many times the level's vertices are far finer.
+const FINER: usize = 20;
+/// How much of noise an observation's normal component has once it is compared: as measured.
+const OBSERVED: f64 = 0.77;
+
+impl Fields {
+    /// Finds them. `points` are those of the full mesh, at which `progressive` is left. Time and memory grow linearly
+    /// with the mesh.
+    ///
+    /// # Errors
+    /// [`FieldsError`] when there are none.
+    pub fn new(
+        progressive: &mut ProgressiveMesh,
+        points: &[Point3<f64>],
+        options: &FieldsOptions,
+    ) -> Result<Self, FieldsError> {
+        let progress = Progress::new("fields", 4);
+        progressive.go_to(usize::MAX);
+        let full = Surface::new(points.to_vec(), progressive.mesh().triangles());
+        let planes = Planes::find(&full);
+        // What filters do to a mesh that is far finer than the level, no field of the level looks like.
+        let finer = points.len() > FINER * options.vertices;
+        let modes = if finer { Vec::new() } else { modes(&full.points, &full.triangles) };
+        progress.advance(1);
+
+        let splits = progressive.split_count();
+        progressive.go_to(splits - splits.min(points.len().saturating_sub(options.vertices)));
+        let compact = progressive.compact();
+        let Soup { points: places, triangles } = compact.soup(points);
+        let names: Vec<u32> = compact.source.iter().map(|v| v.to_u32()).collect();
+        let level = Surface::new(places, triangles);
+        let at_names = |mode: &Vec<Vector3<f64>>| names.iter().map(|&v| mode[v as usize]).collect();
+        let evidence = Evidence::new(&level, &modes.iter().map(at_names).collect::<Vec<_>>());
+        let found = candidates(&level, &planes, &names, &evidence, options);
+        if found.is_empty() {
+            return Err(FieldsError::None);
+        }
+        progress.advance(1);
+
+        let strengths = strengths(&level, &evidence, &found, options);
+        let least = WEAK * strengths.iter().sum::<f64>() / strengths.len() as f64;
+        let strong = found.into_iter().zip(strengths).filter(|(_, p)| *p > least);
+        let chosen: Vec<Shifts> = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
+        progress.advance(1);
+
+        let at = carry(progressive, points, &planes, &chosen);
+        let turned = turned_by_all(&full, &at);
+        if turned <= 0.0 {
+            return Err(FieldsError::None);
+        }
+        let scale = (full.area / turned).sqrt() * within_reach(&full, &at, turned, options);
+        let mut columns: Vec<Field> = vec![Vec::new(); chosen.len()];
+        for (v, here) in (0..).zip(&at) {
+            here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));
+        }
+        progress.advance(1);
+        Ok(Self { columns, planes: planes.count() })
+    }
+
+    /// The worst that a planar region leaves its plane by when the surface's `points` have `moved`: the difference of its
+    /// vertices' offsets along the normal, in largest sides. 0 without planar regions.
+    pub fn flatness(points: &[Point3<f64>], moved: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
+        let surface = Surface::new(points.to_vec(), triangles.to_vec());
+        Planes::find(&surface).bent(&surface, moved)
+    }
+}
+
+/// a_i² of each candidate.
+fn strengths(level: &Surface, evidence: &Evidence, found: &[Shifts], options: &FieldsOptions) -> Vec<f64> {
+    let s = amplitudes::gram(found, evidence, level.points.len());
+    let turns: Vec<Vec<(u32, f64)>> = found.par_iter().map(|f| turned(level, &f.moves)).collect();
+    let sum = |turns: &Vec<(u32, f64)>| turns.iter().map(|(f, t)| t * level.areas[*f as usize]).sum::<f64>();
+    let moved = |f: &Shifts| f.moves.iter().map(|(v, d)| evidence.weigh(*v, d).dot(d)).sum();
+    let diagonal = BoundingBox::of(&level.points).map_or(0.0, |b| b.diagonal());
+    let mut costs = Costs {
+        seen: vec![1.0; found.len()],
+        turned: turns.iter().map(sum).collect(),
+        turn: options.turn * options.turn * level.area,
+        moved: found.iter().map(moved).collect(),
+        reach: (options.reach * diagonal) * (options.reach * diagonal) * level.area,
+    };
+    let deviation = OBSERVED * options.noise * level.side;
+    let variance = deviation * deviation / 3.0 * level.area / level.points.len() as f64;
+    let mut p = amplitudes::filled(&s, &costs, variance);
+    for _ in 0..EVENINGS {
+        let dearer = unevenness(level, &turns, &costs.turned, &p);
+        costs.seen.iter_mut().zip(dearer).for_each(|(c, d)| *c = (*c * d).sqrt());
+        p = amplitudes::filled(&s, &costs, variance);
+    }
+    amplitudes::filled_within_reach(&s, &costs, variance)
+}
+
+/// What is left of the strength when the surface would move too far: 1 when it does not.
+fn within_reach(full: &Surface, at: &[crate::carry::Here], turned: f64, options: &FieldsOptions) -> f64 {
+    let areas = full.vertex_areas();
+    let normals = full.vertex_normals();
+    let square = |(here, n): (&crate::carry::Here, &Vector3<f64>)| {
+        here.iter().map(|(_, d)| d.dot(n) * d.dot(n)).sum::<f64>()
+    };
+    let squares = at.iter().zip(&normals).map(square);
+    let moved = squares.zip(&areas).map(|(s, a)| s * a).sum::<f64>() / turned * options.turn * options.turn;
+    let reach = options.reach * BoundingBox::of(&full.points).map_or(0.0, |b| b.diagonal());
+    if moved > reach * reach { reach / moved.sqrt() } else { 1.0 }
+}
+
+impl Shifts {
+    /// Stronger by a factor, and with the full mesh's names of vertices.
+    fn scaled(mut self, factor: f64, names: &[u32]) -> Self {
+        self.moves.iter_mut().for_each(|(v, d)| (*v, *d) = (names[*v as usize], *d * factor));
+        self.offsets.iter_mut().for_each(|(_, c)| *c *= factor);
+        self
+    }
+}

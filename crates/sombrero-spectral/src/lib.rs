@@ -1,0 +1,21 @@
+#![doc = include_str!("../README.md")]
+
+mod amplitudes;
+mod candidates;
+mod carry;
+mod envelope;
+mod evidence;
+mod fields;
+mod jacobi;
+mod lanczos;
+mod modes;
+mod patches;
+mod piece;
+mod planes;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod turning;
+mod visibility;
+
+pub use fields::{Field, Fields, FieldsError, FieldsOptions};

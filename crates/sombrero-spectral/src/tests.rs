@@ -1,0 +1,75 @@
+//! What every set of fields has to hold.
+
+use crate::{Fields, FieldsOptions};
+use nalgebra::{Point3, Vector3};
+use sombrero_mesh::{Soup, repair};
+use sombrero_progressive::ProgressiveMesh;
+use sombrero_shapes as shapes;
+
+fn fields(soup: &Soup, options: &FieldsOptions) -> (Fields, Vec<Point3<f64>>, Vec<[u32; 3]>) {
+    let made = repair(soup);
+    let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+    let fields = Fields::new(&mut progressive, &made.points, options).unwrap();
+    (fields, made.points, progressive.mesh().triangles())
+}
+
+fn moved(fields: &Fields, points: &[Point3<f64>], epsilon: f64) -> Vec<Point3<f64>> {
+    let mut moved = points.to_vec();
+    for (i, column) in fields.columns.iter().enumerate() {
+        let w = ((i * 7919) % 97) as f64 / 48.0 - 1.0;
+        column.iter().for_each(|(v, d)| moved[*v as usize] += d * (epsilon * w));
+    }
+    moved
+}
+
+fn few() -> FieldsOptions {
+    FieldsOptions { pieces: 8, of_each: 4, share: 0.3, ..FieldsOptions::default() }
+}
+
+#[test]
+fn planes_stay_planar_on_the_level_and_above_it() {
+    let soup = shapes::part(4);
+    for vertices in [usize::MAX, soup.points.len() / 3] {
+        let (fields, points, triangles) = fields(&soup, &FieldsOptions { vertices, ..few() });
+        assert!(fields.planes >= 3, "{}", fields.planes);
+        let moved = moved(&fields, &points, 0.01);
+        let furthest = points.iter().zip(&moved).map(|(p, q)| (q - p).norm()).fold(0.0, f64::max);
+        let bent = Fields::flatness(&points, &moved, &triangles);
+        assert!(bent < 1e-9 && furthest > 1e-5, "{bent} of {furthest}");
+    }
+}
+
+#[test]
+fn normals_turn_by_as_much_as_was_asked_for() {
+    let (fields, points, triangles) = fields(&shapes::bumpy_sphere(1200), &few());
+    let surface = |points: &[Point3<f64>]| crate::surface::Surface::new(points.to_vec(), triangles.clone());
+    let before = surface(&points);
+    let epsilon = 1e-4;
+    let mut sum = 0.0;
+    for column in &fields.columns {
+        let mut moved = points.clone();
+        column.iter().for_each(|(v, d)| moved[*v as usize] += d * epsilon);
+        let after = surface(&moved);
+        let turned = after.normals.iter().zip(&before.normals).map(|(a, b)| (a - b).norm_squared());
+        sum += turned.zip(&before.areas).map(|(t, a)| t * a).sum::<f64>();
+    }
+    let turn = (sum / before.area).sqrt();
+    assert!((turn / epsilon - 1.0).abs() < 0.01, "{turn}");
+}
+
+#[test]
+fn the_same_bits_for_any_number_of_threads() {
+    let soup = shapes::bust(14);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| fields(&soup, &FieldsOptions { vertices: 500, ..few() }).0.columns)
+    };
+    let bits = |columns: &[crate::Field]| -> Vec<(u32, [u64; 3])> {
+        columns
+            .iter()
+            .flatten()
+            .map(|(v, d): &(u32, Vector3<f64>)| (*v, [d.x, d.y, d.z].map(f64::to_bits)))
+            .collect()
+    };
+    assert_eq!(bits(&run(1)), bits(&run(3)));
+}
