@@ -13,7 +13,7 @@ use sombrero::stats::{WatermarkTestOptions, watermark_test};
 use sombrero::watermark::{
     Derivation, Identity, Key, Mismatch, OriginalDigest, Parameters, Preset, Secret, gaussians,
 };
-use sombrero::{Claim, Convinces, DetectError, DetectOptions, Detector, Embedder, Model};
+use sombrero::{Claim, Convinces, DetectError, DetectOptions, Detection, Detector, Embedder, Model};
 use sombrero_tests::document;
 
 use rand::SeedableRng;
@@ -54,7 +54,6 @@ struct MadeUp {
     original: Document,
     suspect: Soup,
     parameters: Parameters,
-    w0: Vec<f64>,
 }
 
 impl MadeUp {
@@ -69,7 +68,7 @@ impl MadeUp {
             model.soup().points.iter().zip(moved).map(|(p, moved)| p - moved).collect();
         let original = Soup::new(model.stored_from_points(&points), suspect.triangles.clone());
         let original = document(Format::PlyBinaryLittleEndian, &original);
-        Self { original, suspect, parameters, w0 }
+        Self { original, suspect, parameters }
     }
 
     fn key(&self, derivation: Derivation, secret: Secret) -> Key {
@@ -78,30 +77,29 @@ impl MadeUp {
         Key::new(&digest, Identity::default(), secret, self.parameters, &basis.digest(), derivation)
     }
 
-    fn log10_p(&self, detector: &Detector) -> f64 {
+    fn detection(&self, detector: &Detector) -> Detection {
         let suspect = document(Format::PlyBinaryLittleEndian, &self.suspect);
-        detector.detect(&detector.suspect(&suspect), &DetectOptions::default()).unwrap().log10_p
+        detector.detect(&detector.suspect(&suspect), &DetectOptions::default()).unwrap()
     }
 }
 
-/// With w0 in the key the suspect carries "his mark", but no secret leads to w0: the key is refused. With the w that his
-/// secret leads to, there is nothing.
+/// With what is read from the suspect as its watermark a key would be found there, but no secret leads to it: the key is
+/// refused. With the w that his secret leads to, there is nothing.
 #[test]
 fn an_original_that_was_solved_for_a_mark_needs_a_key_that_nobody_can_make() {
     let made_up = MadeUp::new();
     let honest = made_up.key(Derivation::STANDARD, Secret([1; 32]));
-    let forged = Key { watermark: made_up.w0.clone(), ..honest.clone() };
+    let detector = Detector::new(&made_up.original, honest.clone()).unwrap();
+    let nothing = made_up.detection(&detector);
+    assert!(nothing.log10_p > -3.0, "{}", nothing.log10_p);
 
+    let suits = nothing.extracted.iter().map(|w| w.unwrap_or(0.0)).collect();
+    let forged = Key { watermark: suits, ..honest };
     let refused = Detector::new(&made_up.original, forged.clone()).unwrap_err();
     assert!(matches!(refused, DetectError::Key(Mismatch::Watermark { coefficient: 0 })), "{refused}");
     // What he would have had.
     let believed = Detector::trusting(&made_up.original, forged).unwrap();
-    let log10_p = made_up.log10_p(&believed);
-    assert!(log10_p < -20.0, "{log10_p}");
-
-    let detector = Detector::new(&made_up.original, honest).unwrap();
-    let log10_p = made_up.log10_p(&detector);
-    assert!(log10_p > -3.0, "{log10_p}");
+    assert!(made_up.detection(&believed).log10_p < -20.0);
 }
 
 /// A key with a derivation that costs nothing would make tries free again.
