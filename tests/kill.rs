@@ -158,7 +158,7 @@ fn a_list_of_buyers_goes_on_where_it_was() {
 fn prepare_writes_all_or_nothing() {
     let mut victim = Victim::new(3);
     victim.completed("embed vase.ply -o copy.ply --key copy.key");
-    let line = "prepare vase.ply --key copy.key -o vase.prepared";
+    let line = "prepare --original vase.ply --key copy.key -o vase.prepared";
     let seconds = victim.completed(line);
     let whole = victim.workshop.read("vase.prepared");
     for _ in 0..victim.kills {

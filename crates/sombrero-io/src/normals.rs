@@ -19,6 +19,10 @@ use sombrero_mesh::Soup;
 
 /// The cosine of the largest angle between normals that have to do with each other.
 const LARGEST: f64 = 0.5;
+
+/// The share of its faces' area that their sum as vectors must have to be a direction: around a closed surface it is
+/// nothing but rounding.
+const LEAST: f64 = 1e-6;
 /// No normal at this corner.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -99,24 +103,29 @@ pub(crate) fn turns(
         groups.union(first, normal);
     }
     let mut areas = vec![[Vector3::zeros(); 2]; normals.values.len()];
+    let mut total = vec![0.0; normals.values.len()];
     for (triangle, corners) in triangles.iter().zip(&normals.corners) {
         let [before, after] = [old, new].map(|points| {
             let [a, b, c] = triangle.map(|v| points[v as usize]);
             (b - a).cross(&(c - a))
         });
         for &normal in corners.iter().filter(|n| **n != NONE) {
-            let [a, b] = &mut areas[groups.find_mut(normal) as usize];
+            let group = groups.find_mut(normal) as usize;
+            let [a, b] = &mut areas[group];
             *a += before;
             *b += after;
+            total[group] += before.norm();
         }
     }
     (0..normals.values.len() as u32)
         .map(|n| {
-            let [a, b] = &areas[groups.find_mut(n) as usize];
+            let group = groups.find_mut(n) as usize;
+            let [a, b] = &areas[group];
+            let is_direction = a.norm() > LEAST * total[group];
             // A normal far from its faces' (of either side) is not theirs.
             let normal = &normals.values[n as usize];
             let theirs = normal.dot(a).abs() > LARGEST * normal.norm() * a.norm();
-            if a == b || !theirs { Turn::NONE } else { Turn::between(a, b) }
+            if a == b || !theirs || !is_direction { Turn::NONE } else { Turn::between(a, b) }
         })
         .collect()
 }
