@@ -20,7 +20,7 @@ fn looked(workshop: &Workshop, words: &str) -> (i32, Value) {
 
 /// What prepared files must not change.
 fn verdict(mut answer: Value) -> Value {
-    for name in ["seconds", "prepared", "warnings"] {
+    for name in ["seconds", "prepared", "prepared_note", "warnings"] {
         answer.as_object_mut().unwrap().remove(name);
     }
     answer
@@ -59,7 +59,7 @@ fn detect_uses_what_was_prepared() {
         assert!(yes(&named["prepared"]), "{named}");
         // Nobody shall take what was found for more than it is.
         let told = named["warnings"].to_string();
-        assert_eq!(told.contains("elsewhere") && told.contains("verify"), status == 0, "{told}");
+        assert_eq!(told.contains("not derived anew") && told.contains("verify"), status == 0, "{told}");
         assert_eq!((status, verdict(named)), expected, "{suspect}");
     }
 }
@@ -88,9 +88,10 @@ fn a_prepared_file_that_does_not_fit_is_left_aside_unless_it_was_asked_for() {
         workshop.write(name, &bytes);
         let (status, answer) = looked(&workshop, "marked.obj");
         assert!(no(&answer["prepared"]), "{name}");
-        let warnings = answer["warnings"].to_string();
-        assert_clean(&warnings);
-        assert_holds(&warnings, &["mark.key.prepared", word]);
+        assert_holds(&answer["warnings"].to_string(), &["prepared file", "not used"]);
+        let note = answer["prepared_note"].to_string();
+        assert_clean(&note);
+        assert_holds(&note, &["mark.key.prepared", word]);
         assert_eq!((status, verdict(answer)), expected, "{name}");
         let line = "detect marked.obj --original original.obj --key mark.key";
         assert_holds(workshop.line(line).text(), &["note", "mark.key.prepared", word]);
@@ -100,7 +101,7 @@ fn a_prepared_file_that_does_not_fit_is_left_aside_unless_it_was_asked_for() {
     std::fs::remove_file(workshop.path("mark.key.prepared")).unwrap();
     std::fs::create_dir(workshop.path("mark.key.prepared")).unwrap();
     let (status, answer) = looked(&workshop, "marked.obj");
-    assert_holds(&answer["warnings"].to_string(), &["mark.key.prepared", "not a regular file"]);
+    assert_holds(&answer["prepared_note"].to_string(), &["mark.key.prepared", "not a regular file"]);
     assert_eq!((status, verdict(answer)), expected);
     let asked = "detect marked.obj --original original.obj --key mark.key --prepared missing";
     assert_eq!(refused(&workshop, &arguments(asked), &["missing", "check the path"]), "read");

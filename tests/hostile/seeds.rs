@@ -182,7 +182,7 @@ fn key() -> Vec<u8> {
     let bytes = encode(Format::Obj, &shapes::bumpy_sphere(300)).expect("a ball can be written");
     let original = sombrero::io::Document::parse(bytes, None).expect("what was just written");
     let mut options = EmbedOptions::default();
-    options.parameters.basis.coefficients = 5;
+    options.parameters.basis.coefficients = 16;
     options.identity = Identity { owner: "a \"museum\"".into(), recipient: "b\u{e9}".into() };
     embed(&original, Secret([7; 32]), &options).expect("a ball can be marked").key.to_json().into_bytes()
 }
