@@ -103,7 +103,7 @@ impl Fields {
         let full = Surface::new(points.to_vec(), progressive.mesh().triangles());
         let planes = Planes::find(&full);
         // What filters do to a mesh that is far finer than the level, no field of the level looks like.
-        let finer = points.len() > FINER * options.vertices;
+        let finer = points.len() > FINER.saturating_mul(options.vertices);
         let modes = if finer { Vec::new() } else { modes(&full.points, &full.triangles) };
         progress.advance(1);
 
