@@ -65,7 +65,7 @@ fn main() -> Result<()> {
         let bytes = std::fs::read(&path)?;
         let extension = path.rsplit('.').next();
         let document = Document::parse(bytes, extension)?;
-        let model = Model::new(&document.soup());
+        let model = Model::new(document.soup());
         let made = model.repaired();
         let start = Instant::now();
         let mut progressive = model.progressive();
@@ -114,7 +114,7 @@ fn main() -> Result<()> {
             if let Some(out) = &out {
                 std::fs::write(format!("{out}.{}", extension.unwrap_or("obj")), &marked)?;
             }
-            if rows == "" {
+            if rows.is_empty() {
                 continue;
             }
             let marked = Document::parse(marked, extension)?;
@@ -141,7 +141,7 @@ fn main() -> Result<()> {
 
 fn show(model: &Model, moved: &[Point3<f64>]) {
     let soup = model.soup();
-    let diagonal = model.bounding_box().unwrap().diagonal();
+    let diagonal = model.bounding_box().expect("a model has an extent").diagonal();
     let (mut turned, mut area, mut square) = (Vec::new(), 0.0, 0.0);
     for t in &soup.triangles {
         let n = |p: &[Point3<f64>]| {
