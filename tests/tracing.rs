@@ -105,7 +105,10 @@ fn a_trace_pays_for_every_key_and_an_unmarked_mesh_names_nobody() {
     assert_eq!(trace.recipients[0].index, 41);
     let paid = (trace.variants_counted as f64 / detection.variants_counted as f64).log10();
     let best = detection.variants.iter().map(|v| v.log10_p).fold(0.0, f64::min);
-    assert!((trace.recipients[0].log10_p - (best + (trace.variants_counted as f64).log10())).abs() < 1e-9);
+    let (first, alone) = (&trace.recipients[0], best + (trace.variants_counted as f64).log10());
+    // Beside the others is one test more, and may tell more.
+    let as_alone = (first.log10_p - alone).abs() < 1e-9;
+    assert!(if first.beside_others { first.log10_p < alone } else { as_alone }, "{first:?}, alone {alone}");
     assert!(paid >= 3.0, "{paid}");
 
     let nobody = shop.trace(shop.original.soup());

@@ -20,7 +20,7 @@ const TOWARDS_MIDPOINT: f64 = 1e-4;
 /// Collapses edges until at most `ratio` times the faces are left, or no more edge can be collapsed.
 ///
 /// The vertices of the result are new: none needs to stand where one stood before. `ratio` is a fraction of the faces that
-/// [`repair`] finds usable.
+/// [`repair`](sombrero_mesh::repair()) finds usable.
 pub fn simplify(soup: &Soup, ratio: f64) -> Soup {
     let made = repair(soup);
     // Quadrics of coordinates far from the origin lose their digits.

@@ -41,7 +41,7 @@ pub struct Embedder<'a> {
 }
 
 impl<'a> Embedder<'a> {
-    /// The original with its basis computed. `fewer_if_small` is [`EmbedOptions::fewer_if_small`].
+    /// The original with its basis computed. `fewer_if_small` is [`EmbedOptions::fewer_if_small`](crate::EmbedOptions::fewer_if_small).
     ///
     /// # Errors
     /// [`EmbedError`] when the mesh cannot carry a mark with these parameters.

@@ -61,7 +61,7 @@ impl Trace {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Named {
-    /// Its place among the keys that were given to [`Tracer::new`].
+    /// Its place among the keys that were given to [`Tracer::new`](crate::Tracer::new).
     pub index: usize,
     /// Whether p is at most the threshold.
     pub named: bool,
