@@ -14,11 +14,12 @@ pub use samples::{Sample, ascii_stl, binary_stl, obj, off, ply, samples, separat
 pub use workshop::{Ran, Workshop};
 
 use nalgebra::Point3;
+use sha2::{Digest, Sha256};
 use sombrero::extraction::extract;
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::stats::{WatermarkTest, WatermarkTestOptions, watermark_test};
-use sombrero::watermark::{Preset, Secret};
+use sombrero::watermark::{Preset, Secret, gaussians};
 use sombrero::{DetectOptions, Detector, EmbedOptions, Marked, When, embed};
 
 /// A plain file of this format that holds `soup`, read.
@@ -50,4 +51,15 @@ pub fn test_known(key: &Detector, found: &[Option<Point3<f64>>]) -> (Vec<Option<
     let test =
         watermark_test(&key.key().watermark, &extraction.coefficients, &WatermarkTestOptions::default());
     (extraction.coefficients, test.unwrap())
+}
+
+/// The watermark of the recorded tables for this original and secret: the first version's, by SHA-256 alone. Tables take it
+/// still, so that figures of different versions are of the same marks; no key that is read has it.
+pub fn recorded_watermark(original: &[u8], secret: &Secret, coefficients: usize) -> Vec<f64> {
+    let mut seed = Sha256::new();
+    for part in [b"sombrero watermark 1".as_slice(), original, b"", b"", &secret.0] {
+        seed.update((part.len() as u64).to_le_bytes());
+        seed.update(part);
+    }
+    gaussians(seed.finalize().into(), coefficients)
 }

@@ -14,9 +14,11 @@ use sombrero::basis::{BasisFunction, BasisOptions};
 use sombrero::io::Document;
 use sombrero::mesh::Soup;
 use sombrero::stats::median;
-use sombrero::watermark::{Parameters, Preset, Secret};
-use sombrero::{Detector, EmbedOptions, embed};
-use sombrero_tests::test_known;
+use sombrero::watermark::{
+    Derivation, Distortion, Identity, Key, OriginalDigest, Parameters, Preset, Secret, embed as insert,
+};
+use sombrero::{Detector, Model};
+use sombrero_tests::{recorded_watermark, test_known};
 use std::path::{Path, PathBuf};
 
 const SEEDS: u8 = 5;
@@ -137,15 +139,21 @@ struct Run {
 fn run(original: &Document, column: &Column, seed: u8) -> Run {
     let basis = BasisOptions { function: column.basis, ..BasisOptions::default() };
     let parameters = Parameters { basis, ..Preset::Paper.parameters() };
-    let options = EmbedOptions { parameters, ..EmbedOptions::default() };
-    let mark = embed(original, Secret([seed; 32]), &options).unwrap();
-    let copy = Document::parse(mark.bytes, None).unwrap().soup().clone();
-    let key = Detector::new(original, mark.key).unwrap();
+    let (model, secret) = (Model::new(original.soup()), Secret([seed; 32]));
+    let basis = model.basis(&parameters.basis).unwrap();
+    let watermark = recorded_watermark(original.bytes(), &secret, parameters.basis.coefficients);
+    let points = &model.soup().points;
+    let moved = insert(points, &basis, &watermark, parameters.epsilon);
+    let distortion = Distortion::between(points, &moved);
+    let bytes = original.with_points(&model.stored_from_points(&moved)).unwrap();
+    let copy = Document::parse(bytes, None).unwrap().soup().clone();
+    let (digest, stub) = (OriginalDigest::of(original.parts()), Derivation::stub_for_experiments());
+    let key = Key::new(&digest, Identity::default(), secret, parameters, &basis.digest(), stub);
+    let key = Detector::trusting(original, Key { watermark, ..key }).unwrap();
     assert_eq!(key.model().soup().points.len(), copy.points.len(), "a point for each stored vertex");
-    let distortion = mark.report.distortion;
     Run {
         log10_p: column.cells.iter().map(|((_, spec), _)| log10_p(&key, &copy, spec, seed)).collect(),
-        distortion: [distortion.relative_max, distortion.relative_rms],
+        distortion: [distortion.max, distortion.rms].map(|length| length / model.largest_side()),
     }
 }
 

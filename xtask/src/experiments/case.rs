@@ -14,6 +14,7 @@ use sombrero::watermark::{
     Derivation, Distortion, Identity, Key, OriginalDigest, Parameters, Preset, Secret, embed,
 };
 use sombrero::{DetectOptions, Detector, Suspect};
+use sombrero_tests::recorded_watermark;
 use std::path::Path;
 
 /// One of the models, as its file has it.
@@ -33,11 +34,13 @@ pub(crate) fn random_secret(rng: &mut ChaCha8Rng) -> Secret {
     secret
 }
 
-/// A key that costs nothing, since experiments need thousands.
+/// A key that costs nothing, since experiments need thousands, with the watermark that the recorded tables have.
 fn key(document: &Document, secret: Secret, parameters: Parameters, basis: &Basis) -> Key {
     let digest = OriginalDigest::of(document.parts());
     let stub = Derivation::stub_for_experiments();
-    Key::new(&digest, Identity::default(), secret, parameters, &basis.digest(), stub)
+    let watermark = recorded_watermark(document.bytes(), &secret, parameters.basis.coefficients);
+    let key = Key::new(&digest, Identity::default(), secret, parameters, &basis.digest(), stub);
+    Key { watermark, ..key }
 }
 
 /// A model and the basis of its marks.
