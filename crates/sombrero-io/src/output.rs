@@ -256,6 +256,8 @@ fn temporary(folder: &Path, access: Access) -> io::Result<NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
+    #[cfg(not(unix))]
+    let _ = access;
     builder.tempfile_in(folder)
 }
 
