@@ -160,6 +160,10 @@ fn is_prepared(figures: &Value) -> bool {
 fn complete(detection: &mut Detection, figures: &Value) {
     let recorded = &figures["seconds"];
     let mut stages = std::mem::take(&mut detection.seconds).0;
+    // A report may leave them out, so that it is the same whenever it is made, as those of the demo are.
+    if recorded.as_object().is_some_and(|recorded| recorded.is_empty()) {
+        stages.clear();
+    }
     if recorded.get(PREPARATION).is_some() {
         stages.insert(0, (PREPARATION, 0.0));
     }
