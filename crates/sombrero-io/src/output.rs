@@ -7,7 +7,7 @@ use std::path::Path;
 use tempfile::{NamedTempFile, TempPath};
 
 use crate::error::WriteError;
-use crate::lock;
+use crate::lock::{self, folder_of};
 
 /// Whether an output that exists may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -144,13 +144,6 @@ impl Drop for Taken<'_> {
                 let _ = error.path.keep();
             }
         }
-    }
-}
-
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
     }
 }
 
