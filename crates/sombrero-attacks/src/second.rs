@@ -6,7 +6,7 @@ use crate::operation::Operation;
 use crate::spec::Given;
 use nalgebra::Point3;
 use rand::{Rng, RngExt};
-use sombrero_basis::{Basis, BasisError, BasisOptions};
+use sombrero_basis::{Amplitudes, Basis, BasisError, BasisOptions};
 use sombrero_mesh::{Soup, repair};
 use sombrero_progressive::ProgressiveMesh;
 use sombrero_watermark::{Parameters, Preset, embed, gaussians};
@@ -36,7 +36,7 @@ pub fn second_watermark<R: Rng + ?Sized>(
     let Parameters { basis: options, epsilon, .. } = mark.parameters;
     let seed = rng.random();
     let basis = basis_of(soup, &options)?;
-    let w = gaussians(seed, options.coefficients);
+    let w = gaussians(seed, basis.functions().len());
     Ok(embed(&soup.points, &basis, &w, epsilon))
 }
 
@@ -49,7 +49,7 @@ fn basis_of(soup: &Soup, options: &BasisOptions) -> Result<Basis, BasisError> {
 
 impl Operation for SecondMark {
     fn read(given: &mut Given<'_>) -> Result<Self, SpecError> {
-        let preset = given.value("preset", "paper or robust")?.unwrap_or(Preset::Paper);
+        let preset = given.value("preset", "paper, robust or faithful")?.unwrap_or(Preset::Paper);
         let mut parameters = preset.parameters();
         if let Some(epsilon) = given.number("epsilon")? {
             parameters.epsilon = epsilon;
@@ -57,8 +57,11 @@ impl Operation for SecondMark {
         if let Some(coefficients) = given.whole("coefficients")? {
             parameters.basis.coefficients = coefficients;
         }
-        if let Some(function) = given.value("basis", "sombrero, derby or hat")? {
+        if let Some(function) = given.value("basis", "sombrero, derby or hat; or preset=faithful")? {
             parameters.basis.function = function;
+            if !parameters.basis.amplitudes.suit(function) {
+                parameters.basis.amplitudes = Amplitudes::default();
+            }
         }
         Ok(Self { parameters })
     }

@@ -10,6 +10,7 @@
 //! more functions share the same energy: ε² Σ a_i² |φ_i|², the expected sum of squared displacements, is that of the
 //! paper's mark with 50 coefficients on the same mesh.
 
+use crate::BasisFunction;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -28,24 +29,32 @@ pub enum Amplitudes {
     Heights,
     /// a_i in proportion to √|h_i|, at the energy of the paper's mark with 50 coefficients.
     RootHeights,
+    /// As strong as each field pays, given all others and what is seen of it; the rule of fields alone.
+    Filled,
 }
 
 impl Amplitudes {
     /// All rules.
-    pub const ALL: [Self; 2] = [Self::Heights, Self::RootHeights];
+    pub const ALL: [Self; 3] = [Self::Heights, Self::RootHeights, Self::Filled];
+
+    /// Whether these are amplitudes of such functions: heights are those of vertex splits, which fields do not have.
+    pub fn suit(self, function: BasisFunction) -> bool {
+        (self == Self::Filled) == (function == BasisFunction::Field)
+    }
 
     /// The name in key files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Heights => "heights",
             Self::RootHeights => "root-heights",
+            Self::Filled => "filled",
         }
     }
 
-    /// a_i of functions with these heights, tallest first, and these |φ_i|².
+    /// a_i of functions with these heights, tallest first, and these |φ_i|². Fields are filled before they come here.
     pub(crate) fn of(self, heights: &[f64], energies: &[f64]) -> Vec<f64> {
         match self {
-            Self::Heights => heights.to_vec(),
+            Self::Heights | Self::Filled => heights.to_vec(),
             Self::RootHeights => {
                 let pairs = || heights.iter().zip(energies);
                 let wanted: f64 = pairs().take(PAPER_COEFFICIENTS).map(|(h, e)| h * h * e).sum();
@@ -65,7 +74,7 @@ impl fmt::Display for Amplitudes {
 
 /// A name that is none of the rules.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("`{name}` is no rule for amplitudes; use heights or root-heights")]
+#[error("`{name}` is no rule for amplitudes; use heights, root-heights or filled")]
 pub struct UnknownAmplitudes {
     /// What was given.
     pub name: String,

@@ -18,14 +18,16 @@ use sha2::{Digest, Sha256};
 use sombrero_mesh::{BoundingBox, VertexId};
 use sombrero_progress::Progress;
 use sombrero_progressive::ProgressiveMesh;
+use sombrero_spectral::{Fields, FieldsOptions};
 
 /// Which functions to build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BasisOptions {
-    /// m, the number of functions. Default 50, as in the paper.
+    /// m, the number of functions; of fields the most, since a mesh has as many as it has room for. Default 50, as in
+    /// the paper.
     pub coefficients: usize,
-    /// Their profile. Default sombrero.
+    /// Their kind. Default sombrero.
     pub function: BasisFunction,
     /// How the functions share the mark's energy. Default the paper's.
     pub amplitudes: Amplitudes,
@@ -73,13 +75,41 @@ fn least_height(points: &[Point3<f64>]) -> f64 {
 }
 
 impl Basis {
-    /// The functions of the `options.coefficients` most significant vertex splits, most significant first.
+    /// The functions of the `options.coefficients` most significant vertex splits, most significant first; or as many
+    /// fields at most.
     ///
     /// `points` are those of the full mesh. Leaves `progressive` at the full mesh.
     ///
     /// # Errors
-    /// [`BasisError::TooFewSplits`] when fewer splits change the shape.
+    /// [`BasisError::TooFew`] when fewer splits change the shape, or no field can carry anything.
     pub fn new(
+        progressive: &mut ProgressiveMesh,
+        points: &[Point3<f64>],
+        options: &BasisOptions,
+    ) -> Result<Self, BasisError> {
+        let BasisOptions { function, amplitudes, .. } = *options;
+        if !amplitudes.suit(function) {
+            return Err(BasisError::Amplitudes { function, amplitudes });
+        }
+        match function {
+            BasisFunction::Field => Self::filled(progressive, points, options.coefficients),
+            _ => Self::of_splits(progressive, points, options),
+        }
+    }
+
+    /// At most so many fields.
+    fn filled(
+        progressive: &mut ProgressiveMesh,
+        points: &[Point3<f64>],
+        most: usize,
+    ) -> Result<Self, BasisError> {
+        let options = FieldsOptions { most, ..FieldsOptions::default() };
+        let fields = Fields::new(progressive, points, &options)
+            .map_err(|_| BasisError::TooFew { wanted: most, available: 0 })?;
+        Ok(Self::of_fields(points.len(), &fields.columns))
+    }
+
+    fn of_splits(
         progressive: &mut ProgressiveMesh,
         points: &[Point3<f64>],
         options: &BasisOptions,
@@ -92,7 +122,7 @@ impl Basis {
         let all = magnitudes(progressive, points, &progress);
         let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {
-            return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
+            return Err(BasisError::TooFew { wanted, available: splits.len() });
         }
         let outlines = outlines(progressive, &splits, &progress);
         let columns = columns(progressive, points, &outlines, options.function, || progress.advance(column));
@@ -212,6 +242,23 @@ impl Basis {
     /// a_i d_i: where coefficient i = 1 moves its centre at epsilon = 1, in model units.
     pub fn step(&self, i: usize) -> Vector3<f64> {
         self.functions[i].direction * self.functions[i].amplitude
+    }
+
+    /// σ of each vertex: it moves by ε Σ_i b_i w_i with three numbers b_i a coefficient, and σ² = Σ_i |b_i|². In model units.
+    pub fn deviations(&self) -> Vec<f64> {
+        let mut squares = vec![0.0; self.vertex_count()];
+        if let Some(vectors) = &self.vectors {
+            for (row, d) in vectors.row_indices().iter().zip(vectors.values()) {
+                squares[*row] += d.norm_squared();
+            }
+        }
+        for (i, column) in self.values.col_iter().enumerate() {
+            let step = self.step(i).norm_squared();
+            for (&row, phi) in column.row_indices().iter().zip(column.values()) {
+                squares[row] += step * phi * phi;
+            }
+        }
+        squares.into_iter().map(f64::sqrt).collect()
     }
 
     /// B w with B = ε [φ_i a_i d_i]: one displacement for each vertex, in model units.
@@ -353,7 +400,7 @@ mod tests {
             let splits: Vec<usize> = (0..progressive.split_count()).collect();
             let outlines = outlines(&mut progressive, &splits, &Progress::silent());
             prop_assert_eq!(outlines.len(), splits.len());
-            let columns = columns(&progressive, &made.points, &outlines, BasisFunction::ALL[which], || ());
+            let columns = columns(&progressive, &made.points, &outlines, BasisFunction::PROFILES[which], || ());
 
             // Order by age: base vertices, then vertices by their split.
             let mut order: Vec<usize> = progressive.base_vertices().iter().map(|v| v.index()).collect();
@@ -415,7 +462,7 @@ mod tests {
 
     #[test]
     fn too_small_a_mesh_says_how_much_it_could_carry() {
-        let Err(BasisError::TooFewSplits { wanted: 5000, available }) = sphere_basis(5000) else {
+        let Err(BasisError::TooFew { wanted: 5000, available }) = sphere_basis(5000) else {
             panic!("600 vertices cannot carry 5000 coefficients")
         };
         assert!(sphere_basis(available).is_ok());

@@ -1,5 +1,6 @@
 //! Why there is no basis.
 
+use crate::{Amplitudes, BasisFunction};
 use thiserror::Error;
 
 /// Why there is no basis.
@@ -8,11 +9,21 @@ use thiserror::Error;
 pub enum BasisError {
     /// The mesh is too small or too flat.
     #[error("the mesh can carry {available} coefficients, not {wanted}; {}", cure(*available))]
-    TooFewSplits {
+    TooFew {
         /// How many were asked for.
         wanted: usize,
-        /// How many vertex splits change the shape.
+        /// How many functions there are: vertex splits that change the shape, or fields that are not seen.
         available: usize,
+    },
+    /// Amplitudes that such functions do not have.
+    #[error(
+        "functions `{function}` have no amplitudes `{amplitudes}`; fields are filled, all others are not"
+    )]
+    Amplitudes {
+        /// The kind of the functions.
+        function: BasisFunction,
+        /// The rule that was asked for.
+        amplitudes: Amplitudes,
     },
 }
 

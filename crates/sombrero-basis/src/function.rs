@@ -1,15 +1,15 @@
-//! The three radial profiles of the paper (section 3, figure 3).
+//! The kinds of functions: the three radial profiles of the paper (section 3, figure 3), and fields.
 
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// The profile of a basis function over its support, from radius 0 (centre) to 1 (boundary).
+/// The kind of a basis function: a profile over its support, from radius 0 (centre) to 1 (boundary), or a field of vectors.
 ///
 /// To add one: a variant here with its formula, and its place in [`BasisFunction::ALL`], in [`BasisFunction::value`] and in
 /// [`BasisFunction::name`], all in this file. By its name the command, key files and attack specs know it then, and the
 /// tests below hold it to 1 at the centre and 0 at the boundary. A function that is no profile over a radius begins in
-/// `columns.rs`, where the values of all of them are made.
+/// [`Basis::new`](crate::Basis::new), which asks the crate that finds it, as it does for fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -22,19 +22,24 @@ pub enum BasisFunction {
     /// disc (∫ φ(r) r dr = 0), so that it does not pull a registration away. The default.
     #[default]
     Sombrero,
+    /// A displacement field of `sombrero-spectral`, which is no profile over a radius.
+    Field,
 }
 
 impl BasisFunction {
-    /// All three, in the paper's order.
-    pub const ALL: [Self; 3] = [Self::Hat, Self::Derby, Self::Sombrero];
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::Hat, Self::Derby, Self::Sombrero, Self::Field];
+    /// The profiles, in the paper's order.
+    pub const PROFILES: [Self; 3] = [Self::Hat, Self::Derby, Self::Sombrero];
 
-    /// φ(r) for r in [0, 1]; 1 at the centre and 0 at the boundary.
+    /// φ(r) of a profile for r in [0, 1]; 1 at the centre and 0 at the boundary. NaN of a field.
     #[inline]
     pub fn value(self, r: f64) -> f64 {
         match self {
             Self::Hat => 1.0 - r,
             Self::Derby => (2.0 * r - 3.0) * r * r + 1.0,
             Self::Sombrero => ((-21.0 * r + 45.0) * r - 25.0) * r * r * r + 1.0,
+            Self::Field => f64::NAN,
         }
     }
 
@@ -44,6 +49,7 @@ impl BasisFunction {
             Self::Hat => "hat",
             Self::Derby => "derby",
             Self::Sombrero => "sombrero",
+            Self::Field => "field",
         }
     }
 }
@@ -54,7 +60,7 @@ impl fmt::Display for BasisFunction {
     }
 }
 
-/// A name that is none of the three.
+/// A name that is none of these.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("`{name}` is not a basis function; use {}", known())]
 pub struct UnknownFunction {
@@ -62,11 +68,11 @@ pub struct UnknownFunction {
     pub name: String,
 }
 
-/// All names, the newest first: `sombrero, derby or hat`.
+/// All names, the newest first: `field, sombrero, derby or hat`.
 fn known() -> String {
-    let [last, others @ ..] = &BasisFunction::ALL;
+    let [first, others @ ..] = &BasisFunction::ALL;
     let others: Vec<&str> = others.iter().rev().map(|f| f.name()).collect();
-    format!("{} or {last}", others.join(", "))
+    format!("{} or {first}", others.join(", "))
 }
 
 impl FromStr for BasisFunction {
@@ -84,9 +90,15 @@ mod tests {
 
     #[test]
     fn profiles_are_one_at_the_centre_and_zero_at_the_boundary() {
-        for f in BasisFunction::ALL {
+        for f in BasisFunction::PROFILES {
             assert_eq!(f.value(0.0), 1.0);
             assert_eq!(f.value(1.0), 0.0);
+        }
+    }
+
+    #[test]
+    fn names_are_read_back() {
+        for f in BasisFunction::ALL {
             assert_eq!(f.name().parse(), Ok(f));
         }
     }
@@ -104,7 +116,7 @@ mod tests {
     #[test]
     fn a_wrong_name_is_answered_with_the_right_ones() {
         let error = "fedora".parse::<BasisFunction>().unwrap_err().to_string();
-        assert_eq!(error, "`fedora` is not a basis function; use sombrero, derby or hat");
+        assert_eq!(error, "`fedora` is not a basis function; use field, sombrero, derby or hat");
     }
 
     #[test]

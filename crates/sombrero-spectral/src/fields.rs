@@ -30,6 +30,8 @@ pub struct FieldsOptions {
     pub pieces: usize,
     /// Fields of each piece. Default 5.
     pub of_each: usize,
+    /// How many fields there are at most: the strongest of those that were found. Default: no limit.
+    pub most: usize,
     /// The share of the curved surface that a piece covers. Default 0.12.
     pub share: f64,
     /// Vertices of the level that fields are sought on. Default 3000.
@@ -47,6 +49,7 @@ impl Default for FieldsOptions {
         Self {
             pieces: 40,
             of_each: 5,
+            most: usize::MAX,
             share: 0.12,
             vertices: 3000,
             turn: 0.0041,
@@ -122,7 +125,8 @@ impl Fields {
         progress.advance(1);
 
         let strengths = strengths(&level, &evidence, &found, options);
-        let least = WEAK * strengths.iter().sum::<f64>() / strengths.len() as f64;
+        let mean = strengths.iter().sum::<f64>() / strengths.len() as f64;
+        let least = strongest(&strengths, options.most).max(WEAK * mean);
         let strong = found.into_iter().zip(strengths).filter(|(_, p)| *p > least);
         let chosen: Vec<Shifts> = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
         progress.advance(1);
@@ -147,6 +151,13 @@ impl Fields {
         let surface = Surface::new(points.to_vec(), triangles.to_vec());
         Planes::find(&surface).bent(&surface, moved)
     }
+}
+
+/// What the strongest so many are above; 0 when there are no more.
+fn strongest(strengths: &[f64], most: usize) -> f64 {
+    let mut sorted = strengths.to_vec();
+    sorted.sort_by(|a, b| b.total_cmp(a));
+    sorted.get(most).copied().unwrap_or(0.0)
 }
 
 /// a_i² of each candidate.

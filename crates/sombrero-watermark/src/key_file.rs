@@ -226,6 +226,9 @@ impl TryFrom<File> for Key {
         let function = file.basis.parse::<BasisFunction>().map_err(|e| wrong("basis", e.to_string()))?;
         let amplitudes =
             file.amplitudes.parse::<Amplitudes>().map_err(|e| wrong("amplitudes", e.to_string()))?;
+        if !amplitudes.suit(function) {
+            return Err(wrong("amplitudes", format!("functions `{function}` have none by that rule")));
+        }
         let timestamp = file.timestamp.map(|text| BASE64_STANDARD.decode(text)).transpose();
         Ok(Self {
             path: file.path.as_deref().map(path).transpose()?,

@@ -6,7 +6,7 @@ use super::marked::{DistortionReport, EmbedReport, Marked};
 use super::self_test::SelfTest;
 use crate::info::repair_notes;
 use nalgebra::Point3;
-use sombrero_basis::{Basis, BasisError, BasisOptions};
+use sombrero_basis::{Basis, BasisError, BasisFunction, BasisOptions};
 use sombrero_io::{Document, Limits, Rewrite, Rewritten, WriteError};
 use sombrero_search::{Model, Stages};
 use sombrero_watermark::{
@@ -64,7 +64,7 @@ impl<'a> Embedder<'a> {
         }
         let mut progressive = seconds.time("conversion", || model.progressive());
         let basis = seconds.time("basis", || match model.basis_of(&mut progressive, &wanted) {
-            Err(BasisError::TooFewSplits { available, .. }) if fewer_if_small => {
+            Err(BasisError::TooFew { available, .. }) if fewer_if_small && available > 0 => {
                 let fewer = BasisOptions { coefficients: available.max(*COEFFICIENTS.start()), ..wanted };
                 model.basis_of(&mut progressive, &fewer)
             }
@@ -72,11 +72,14 @@ impl<'a> Embedder<'a> {
         })?;
         drop(progressive);
         let coefficients = basis.functions().len();
+        if coefficients < *COEFFICIENTS.start() || (coefficients < wanted.coefficients && !fewer_if_small) {
+            return Err(BasisError::TooFew { wanted: wanted.coefficients, available: coefficients }.into());
+        }
         let self_test = seconds.time("test", || SelfTest::new(&model, &basis))?;
         let digest = seconds.time("insert", || OriginalDigest::of(original.parts()));
         Ok(Self {
             original,
-            warnings: warnings(original, &model, wanted.coefficients, coefficients),
+            warnings: warnings(original, &model, expected(&wanted), coefficients),
             model,
             basis_digest: basis.digest(),
             basis,
@@ -197,6 +200,15 @@ fn rounded_down(x: f64) -> f64 {
     // What a decimal cannot hold exactly may come out above.
     let shown: f64 = format!("{rounded:.1e}").parse().unwrap_or(x);
     if shown <= x { shown } else { x }
+}
+
+/// The number of coefficients that a mesh is small without. Of fields most meshes have fewer than the most they may have.
+fn expected(options: &BasisOptions) -> usize {
+    if options.function == BasisFunction::Field {
+        FEW.min(options.coefficients)
+    } else {
+        options.coefficients
+    }
 }
 
 /// What was mended, and whether the mesh is small.

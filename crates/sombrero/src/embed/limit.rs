@@ -26,14 +26,7 @@ const HALVINGS: usize = 20;
 
 /// The t with Σ_v erfc(t / (σ_v √2)) ≤ 0.001, in model units for ε = 1; 0 when nothing moves.
 pub(super) fn longest_displacement(basis: &Basis) -> f64 {
-    let mut squares = vec![0.0; basis.vertex_count()];
-    for (i, column) in basis.values().col_iter().enumerate() {
-        let step = basis.step(i).norm_squared();
-        for (&row, phi) in column.row_indices().iter().zip(column.values()) {
-            squares[row] += step * phi * phi;
-        }
-    }
-    let deviations: Vec<f64> = squares.into_iter().filter(|s| *s > 0.0).map(f64::sqrt).collect();
+    let deviations: Vec<f64> = basis.deviations().into_iter().filter(|s| *s > 0.0).collect();
     let largest = deviations.iter().copied().fold(0.0, f64::max);
     let beyond =
         |t: f64| deviations.iter().map(|s| libm::erfc(t / (s * std::f64::consts::SQRT_2))).sum::<f64>();
@@ -52,14 +45,22 @@ pub(super) fn longest_displacement(basis: &Basis) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sombrero_basis::BasisOptions;
     use sombrero_search::Model;
     use sombrero_shapes as shapes;
     use sombrero_watermark::{Preset, gaussians};
 
     #[test]
     fn few_marks_go_beyond_and_none_far() {
+        for preset in Preset::ALL {
+            few_go_beyond(preset);
+        }
+    }
+
+    fn few_go_beyond(preset: Preset) {
         let model = Model::new(&shapes::bumpy_sphere(600));
-        let basis = model.basis(&Preset::Paper.parameters().basis).unwrap();
+        let options = preset.parameters().basis;
+        let basis = model.basis(&BasisOptions { coefficients: 50, ..options }).unwrap();
         let limit = longest_displacement(&basis);
         let longest = |seed: u64| {
             let mut bytes = [0; 32];

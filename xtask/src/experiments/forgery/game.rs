@@ -221,13 +221,14 @@ fn public(rng: &mut ChaCha8Rng) -> anyhow::Result<Soup> {
 /// Anything that a key may have, as far as the shape carries it.
 fn parameters(shape: &Soup, rng: &mut ChaCha8Rng) -> Parameters {
     let most = (shape.points.len() / 4).clamp(*COEFFICIENTS.start(), 80);
-    let pick = |from: &[BasisFunction], rng: &mut ChaCha8Rng| from.choose(rng).copied().unwrap_or_default();
+    let function = BasisFunction::PROFILES.choose(rng).copied().unwrap_or_default();
+    let rules: Vec<Amplitudes> = Amplitudes::ALL.into_iter().filter(|rule| rule.suit(function)).collect();
     Parameters {
         preset: None,
         basis: BasisOptions {
             coefficients: rng.random_range(*COEFFICIENTS.start()..=most),
-            function: pick(&BasisFunction::ALL, rng),
-            amplitudes: Amplitudes::ALL.choose(rng).copied().unwrap_or_default(),
+            function,
+            amplitudes: rules.choose(rng).copied().unwrap_or_default(),
         },
         epsilon: 10f64.powf(rng.random_range(-5.0..-1.0)),
     }

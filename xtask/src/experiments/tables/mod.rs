@@ -119,7 +119,7 @@ pub(crate) fn run(args: &Tables, folder: &Path) -> anyhow::Result<()> {
     let (mut table1, mut table2, mut beyond) = (Vec::new(), Vec::new(), Vec::new());
     for model in &models {
         for row in &wanted {
-            for function in BasisFunction::ALL {
+            for function in BasisFunction::PROFILES {
                 let Some(cell) = Cell::gather(&trials, model.name, row, function)? else { continue };
                 if in_table2(model, row) {
                     table2.push(cell.clone());
@@ -154,7 +154,7 @@ fn in_table2(model: &Model, row: &Row) -> bool {
 fn jobs(method: Method, models: &[&'static Model], wanted: &[&'static Row], runs: u64) -> Vec<Job> {
     let mut jobs = Vec::new();
     for &model in models.iter().rev() {
-        for function in BasisFunction::ALL.into_iter().rev() {
+        for function in BasisFunction::PROFILES.into_iter().rev() {
             let sombrero = function == BasisFunction::Sombrero;
             let rows: Vec<&'static Row> =
                 wanted.iter().copied().filter(|row| sombrero || in_table2(model, row)).collect();

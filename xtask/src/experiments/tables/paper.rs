@@ -110,7 +110,7 @@ pub(crate) struct Comparison {
 
 impl Comparison {
     fn value(&self, function: BasisFunction) -> Option<f64> {
-        BasisFunction::ALL.iter().position(|f| *f == function).map(|i| self.paper[i])
+        BasisFunction::PROFILES.iter().position(|f| *f == function).map(|i| self.paper[i])
     }
 }
 
