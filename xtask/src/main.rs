@@ -8,7 +8,7 @@ mod upkeep;
 use clap::{Parser, Subcommand};
 use experiments::{
     alignment, benchmark, calibrate, collusion, figures, forgery, ordeal, peers, presets, roc, scaling,
-    tables,
+    tables, visibility,
 };
 use std::path::PathBuf;
 use upkeep::{ci, hostile, models, package, tidy};
@@ -60,6 +60,8 @@ enum Verb {
     Tables(tables::Tables),
     /// Check the repository's own rules.
     Tidy,
+    /// Measure what is seen of each preset's marks and what they survive, and draw them beside the originals.
+    Visibility(visibility::Visibility),
 }
 
 fn main() -> anyhow::Result<()> {
@@ -86,5 +88,6 @@ fn main() -> anyhow::Result<()> {
         Verb::Scaling(args) => scaling::run(&args),
         Verb::Tables(args) => tables::run(&args, &folder),
         Verb::Tidy => tidy::run(),
+        Verb::Visibility(args) => visibility::run(&args, &folder),
     }
 }

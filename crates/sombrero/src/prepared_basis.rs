@@ -66,11 +66,6 @@ pub enum PreparedBasisError {
 pub struct PreparedBasis(pub(crate) Basis);
 
 impl PreparedBasis {
-    /// A basis of this process that stands for a prepared one: for experiments with functions that no preset has yet.
-    pub fn from_basis(basis: Basis) -> Self {
-        Self(basis)
-    }
-
     /// Reads what [`Detector::prepared_basis`](crate::Detector::prepared_basis) made for this `key`. Any bytes are a basis or an
     /// error, and memory use stays within a small multiple of their number.
     ///

@@ -58,6 +58,8 @@ impl Case {
 
     pub(crate) fn new(document: Document, parameters: Parameters) -> anyhow::Result<Self> {
         let basis = sombrero::Model::new(document.soup()).basis(&parameters.basis)?;
+        let mut parameters = parameters;
+        parameters.basis.coefficients = basis.functions().len();
         let key = key(&document, Secret([0; 32]), parameters, &basis);
         let detector = Detector::trusting(&document, key)?;
         Ok(Self { document, parameters, detector })

@@ -16,3 +16,4 @@ mod program;
 pub(crate) mod roc;
 pub(crate) mod scaling;
 pub(crate) mod tables;
+pub(crate) mod visibility;

@@ -36,6 +36,7 @@ impl Cell {
         model: &str,
         row: &Row,
         function: BasisFunction,
+        in_table1: bool,
     ) -> anyhow::Result<Option<Self>> {
         let mine = |t: &&Trial| t.model == model && t.row == row.letter && t.basis == function.name();
         let mut mine: Vec<&Trial> = trials.iter().filter(mine).collect();
@@ -46,7 +47,6 @@ impl Cell {
         let middle = |value: fn(&Trial) -> f64| {
             median(&mine.iter().map(|t| value(t)).collect::<Vec<_>>()).context("a median of finite numbers")
         };
-        let sombrero = function == BasisFunction::Sombrero;
         Ok(Some(Self {
             model: model.into(),
             row: row.letter.into(),
@@ -56,7 +56,7 @@ impl Cell {
             resampling: row.resampling,
             log10_p: mine.iter().map(|t| t.log10_p).collect(),
             median_log10_p: middle(|t| t.log10_p)?,
-            paper_log10_p: if sombrero {
+            paper_log10_p: if in_table1 {
                 row.paper_log10_p(model)
             } else {
                 table2(model, row.letter, function)
@@ -70,7 +70,7 @@ impl Cell {
 
 /// The rows with these letters, all of them when none is named: the paper's, and for the robust method more.
 pub(crate) fn rows(method: Method, letters: &[String]) -> Vec<&'static Row> {
-    let beyond = if method == Method::Robust { &BEYOND[..] } else { &[] };
+    let beyond = if method == Method::Paper { &[] } else { &BEYOND[..] };
     let all = ROWS.iter().chain(beyond);
     all.filter(|row| letters.is_empty() || letters.iter().any(|l| l == row.letter)).collect()
 }

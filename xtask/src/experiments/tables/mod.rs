@@ -26,7 +26,7 @@ pub(crate) struct Tables {
     /// Seeds for each cell.
     #[arg(long, default_value_t = 5)]
     runs: u64,
-    /// The method; with `paper` the preset is the paper's too.
+    /// The method, with the preset that goes with it: the paper's both, or the robust method with one of its presets.
     #[arg(long, value_enum, default_value_t = Method::Paper)]
     method: Method,
     /// Models, separated by commas. Default: all four.
@@ -53,6 +53,7 @@ impl Tables {
         let usual = match self.method {
             Method::Paper => "docs/tables",
             Method::Robust => "docs/tables/robust",
+            Method::Faithful => "docs/tables/faithful",
         };
         self.out.clone().unwrap_or_else(|| usual.into())
     }
@@ -63,11 +64,32 @@ impl Tables {
 pub(crate) enum Method {
     Paper,
     Robust,
+    /// The robust method on marks of the preset faithful.
+    Faithful,
 }
 
 impl Method {
     fn name(self) -> &'static str {
-        sombrero::Method::from(self).name()
+        match self {
+            Self::Paper => "paper",
+            Self::Robust => "robust",
+            Self::Faithful => "faithful",
+        }
+    }
+
+    /// The functions to compare, that of Table 1 first.
+    fn functions(self) -> &'static [BasisFunction] {
+        match self {
+            Self::Paper | Self::Robust => {
+                &[BasisFunction::Sombrero, BasisFunction::Derby, BasisFunction::Hat]
+            }
+            Self::Faithful => &[BasisFunction::Field],
+        }
+    }
+
+    /// The function of Table 1.
+    fn main_function(self) -> BasisFunction {
+        self.functions()[0]
     }
 
     /// The preset that goes with it.
@@ -75,6 +97,7 @@ impl Method {
         match self {
             Self::Paper => Preset::Paper,
             Self::Robust => Preset::Robust,
+            Self::Faithful => Preset::Faithful,
         }
     }
 
@@ -83,6 +106,7 @@ impl Method {
         match self {
             Self::Paper => "",
             Self::Robust => "-robust",
+            Self::Faithful => "-faithful",
         }
     }
 }
@@ -91,7 +115,7 @@ impl From<Method> for sombrero::Method {
     fn from(method: Method) -> Self {
         match method {
             Method::Paper => Self::Paper,
-            Method::Robust => Self::Robust,
+            Method::Robust | Method::Faithful => Self::Robust,
         }
     }
 }
@@ -119,12 +143,13 @@ pub(crate) fn run(args: &Tables, folder: &Path) -> anyhow::Result<()> {
     let (mut table1, mut table2, mut beyond) = (Vec::new(), Vec::new(), Vec::new());
     for model in &models {
         for row in &wanted {
-            for function in BasisFunction::PROFILES {
-                let Some(cell) = Cell::gather(&trials, model.name, row, function)? else { continue };
-                if in_table2(model, row) {
+            for &function in args.method.functions() {
+                let is_main = function == args.method.main_function();
+                let Some(cell) = Cell::gather(&trials, model.name, row, function, is_main)? else { continue };
+                if in_table2(model, row) && args.method != Method::Faithful {
                     table2.push(cell.clone());
                 }
-                if function == BasisFunction::Sombrero {
+                if is_main {
                     if row.is_beyond() { beyond.push(cell) } else { table1.push(cell) }
                 }
             }
@@ -154,10 +179,10 @@ fn in_table2(model: &Model, row: &Row) -> bool {
 fn jobs(method: Method, models: &[&'static Model], wanted: &[&'static Row], runs: u64) -> Vec<Job> {
     let mut jobs = Vec::new();
     for &model in models.iter().rev() {
-        for function in BasisFunction::PROFILES.into_iter().rev() {
-            let sombrero = function == BasisFunction::Sombrero;
+        for &function in method.functions() {
+            let is_main = function == method.main_function();
             let rows: Vec<&'static Row> =
-                wanted.iter().copied().filter(|row| sombrero || in_table2(model, row)).collect();
+                wanted.iter().copied().filter(|row| is_main || in_table2(model, row)).collect();
             if !rows.is_empty() {
                 jobs.extend((0..runs).map(|seed| Job { method, model, function, seed, rows: rows.clone() }));
             }

@@ -68,7 +68,7 @@ impl Subject {
                 resampling: step(row.resampling),
                 ..usual
             },
-            Method::Robust => usual,
+            Method::Robust | Method::Faithful => usual,
         };
         let log10_p = self.marked.look(attacked, !row.resampling, &options);
         Ok(Trial {
