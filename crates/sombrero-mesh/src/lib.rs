@@ -2,9 +2,12 @@
 
 mod collapse;
 mod edges;
+mod facets;
+mod hinges;
 mod ids;
 mod matching;
 mod mesh;
+mod planar;
 mod sides;
 mod soup;
 mod umbrella;
@@ -19,9 +22,12 @@ pub use nalgebra;
 
 pub use collapse::{Collapse, CollapseError};
 pub use edges::Edges;
+pub use facets::Facets;
+pub use hinges::{Hinge, hinges};
 pub use ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 pub use matching::{Matchings, VertexMatching, match_connectivity};
 pub use mesh::{Mesh, TopologyError};
+pub use planar::PlanarRegions;
 pub use repair::repair;
 pub use soup::{BoundingBox, Soup};
 pub use umbrella::Umbrella;

@@ -4,6 +4,8 @@ mod ball;
 mod limits;
 mod morton;
 mod nearest;
+mod overlap;
+mod ray;
 mod refit;
 mod rim;
 mod sample;
@@ -21,6 +23,7 @@ pub use distance::{DistanceOptions, Distances, OneSided, compare};
 /// The crate whose points stand in the signatures here.
 pub use nalgebra;
 pub use nearest::NearestVertex;
+pub use ray::{Hit, Ray};
 pub use rim::Rim;
 pub use sample::{SurfaceSample, sample_surface};
 pub use spread::spread_samples;

@@ -125,6 +125,10 @@ impl Surface {
         points.par_iter().enumerate().with_min_len(CHUNK).map(query).collect()
     }
 
+    pub(crate) fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
     fn improve(&self, p: &Point3<f64>, best: Best) -> Option<Closest> {
         if !usable(p) {
             return None;

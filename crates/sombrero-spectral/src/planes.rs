@@ -13,16 +13,9 @@
 use crate::jacobi::eigen;
 use crate::surface::Surface;
 use nalgebra::{Matrix3, Point3, Vector3};
+use sombrero_mesh::PlanarRegions;
 use std::collections::BTreeMap;
 
-/// Faces that turn by less than this across an edge are one plane, in radians (0.05 degrees).
-const FLAT: f64 = 8.7e-4;
-/// How far a planar region's vertices may be from its plane, in largest sides.
-const DEVIATION: f64 = 2e-4;
-/// The least share of the area that makes a region worth keeping planar, and with three vertices inside.
-const LEAST_AREA: f64 = 0.01;
-const LEAST_AREA_INSIDE: f64 = 0.0005;
-const INSIDE: usize = 3;
 /// Singular values of N below this share of the largest give no direction of their own to the offsets.
 const RANK: f64 = 0.15;
 /// And below this share they leave a direction free.
@@ -57,8 +50,10 @@ struct Junction {
 impl Planes {
     /// Finds them.
     pub(crate) fn find(surface: &Surface) -> Self {
-        let (labels, count) = flat_components(surface);
-        let mut planes = Self::with_regions(surface, &labels, count);
+        let PlanarRegions { normals, of_face, .. } =
+            PlanarRegions::find(&surface.points, &surface.triangles, surface.side);
+        let (at, junctions, offsets) = (Vec::new(), Vec::new(), Vec::new());
+        let mut planes = Self { normals, of_face, at, junctions, offsets, free: 0 };
         let sets = vertex_sets(surface, &planes.of_face);
         let mut known: BTreeMap<Vec<u32>, u32> = BTreeMap::new();
         let mut pseudo: Vec<(Vec<u32>, Inverse)> = Vec::new();
@@ -90,34 +85,6 @@ impl Planes {
         };
         planes.junctions = pseudo.iter().map(junction).collect();
         planes
-    }
-
-    fn with_regions(surface: &Surface, labels: &[u32], count: usize) -> Self {
-        let mut area = vec![0.0; count];
-        let mut normal = vec![Vector3::zeros(); count];
-        for (f, &label) in labels.iter().enumerate() {
-            area[label as usize] += surface.areas[f];
-            normal[label as usize] += surface.normals[f] * surface.areas[f];
-        }
-        let inside = inner_vertices(surface, labels, count);
-        let large = |r: usize| {
-            area[r] >= LEAST_AREA * surface.area
-                || (inside[r] >= INSIDE && area[r] >= LEAST_AREA_INSIDE * surface.area)
-        };
-        let normal: Vec<Vector3<f64>> =
-            normal.into_iter().map(|n| n.try_normalize(0.0).unwrap_or_default()).collect();
-        let bounds = heights(surface, labels, &normal);
-        let mut region = vec![None; count];
-        let mut normals = Vec::new();
-        for r in (0..count).filter(|&r| large(r)) {
-            if normal[r] != Vector3::zeros() && bounds[r][1] - bounds[r][0] < 2.0 * DEVIATION * surface.side {
-                region[r] = Some(normals.len() as u32);
-                normals.push(normal[r]);
-            }
-        }
-        let of_face = labels.iter().map(|&l| region[l as usize]).collect();
-        let (at, junctions, offsets) = (Vec::new(), Vec::new(), Vec::new());
-        Self { normals, of_face, at, junctions, offsets, free: 0 }
     }
 
     /// Expresses dependent offsets by free ones, so that (1 - N N⁺) c = 0 wherever planes meet.
@@ -249,67 +216,6 @@ impl Inverse {
         }
         Self { columns: normals.iter().map(|n| inverse * n).collect(), tangents }
     }
-}
-
-/// Which component each face belongs to, when faces join across edges where they hardly turn.
-fn flat_components(surface: &Surface) -> (Vec<u32>, usize) {
-    let mut parent: Vec<u32> = (0..surface.triangles.len() as u32).collect();
-    fn root(parent: &mut [u32], mut f: u32) -> u32 {
-        while parent[f as usize] != f {
-            parent[f as usize] = parent[parent[f as usize] as usize];
-            f = parent[f as usize];
-        }
-        f
-    }
-    for hinge in &surface.hinges {
-        let [a, b] = hinge.faces.map(|f| surface.normals[f as usize]);
-        if a.cross(&b).norm() < FLAT && a.dot(&b) > 0.0 {
-            let [a, b] = hinge.faces.map(|f| root(&mut parent, f));
-            parent[a.max(b) as usize] = a.min(b);
-        }
-    }
-    let mut number = vec![u32::MAX; parent.len()];
-    let mut count = 0;
-    let labels = (0..parent.len() as u32)
-        .map(|f| {
-            let r = root(&mut parent, f) as usize;
-            if number[r] == u32::MAX {
-                number[r] = count;
-                count += 1;
-            }
-            number[r]
-        })
-        .collect();
-    (labels, count as usize)
-}
-
-/// How many vertices each component has inside: those all of whose faces belong to it.
-fn inner_vertices(surface: &Surface, labels: &[u32], count: usize) -> Vec<usize> {
-    const NONE: u32 = u32::MAX;
-    const SEVERAL: u32 = u32::MAX - 1;
-    let mut of = vec![NONE; surface.points.len()];
-    for (corners, &label) in surface.triangles.iter().zip(labels) {
-        for &v in corners {
-            let of = &mut of[v as usize];
-            *of = if *of == NONE || *of == label { label } else { SEVERAL };
-        }
-    }
-    let mut inside = vec![0; count];
-    of.into_iter().filter(|l| (*l as usize) < count).for_each(|l| inside[l as usize] += 1);
-    inside
-}
-
-/// Least and largest height of each component's corners along its normal.
-fn heights(surface: &Surface, labels: &[u32], normals: &[Vector3<f64>]) -> Vec<[f64; 2]> {
-    let mut bounds = vec![[f64::INFINITY, f64::NEG_INFINITY]; normals.len()];
-    for (corners, &label) in surface.triangles.iter().zip(labels) {
-        for &v in corners {
-            let height = normals[label as usize].dot(&surface.points[v as usize].coords);
-            let [low, high] = &mut bounds[label as usize];
-            (*low, *high) = (low.min(height), high.max(height));
-        }
-    }
-    bounds
 }
 
 /// The regions of the faces around each vertex, each once, in order.
