@@ -121,7 +121,7 @@ fn trial(case: &Case, method: Method, amplitude: f64, stream: u64) -> anyhow::Re
     // The paper looked once, at the vertices where they are.
     let options = match method {
         Method::Paper => DetectOptions { registration: When::Never, resampling: When::Never, ..usual },
-        Method::Robust => usual,
+        Method::Robust | Method::Faithful => usual,
     };
     Ok(detector.detect(&suspect, &options)?.log10_p)
 }

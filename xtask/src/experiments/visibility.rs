@@ -173,12 +173,7 @@ fn beside(marked: &Marked) -> anyhow::Result<Image> {
         };
         render(points, triangles, &options)
     };
-    let images = [
-        view(&whole, points),
-        view(&whole, moved),
-        view(&close, points),
-        view(&close, moved),
-    ];
+    let images = [view(&whole, points), view(&whole, moved), view(&close, points), view(&close, moved)];
     Ok(Image::grid(&images, 2, 6, [255; 4]))
 }
 

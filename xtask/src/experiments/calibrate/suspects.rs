@@ -141,7 +141,9 @@ impl Kind {
                 let test = KeyTest::Correlation(case.extract(&found)?);
                 Ok(vec![Extracted { name: name.into(), test }])
             }
-            Method::Robust => key_tests(name, &case.extractor()?.estimate_from_vertices(&found, NUISANCE)?),
+            Method::Robust | Method::Faithful => {
+                key_tests(name, &case.extractor()?.estimate_from_vertices(&found, NUISANCE)?)
+            }
         }
     }
 }
