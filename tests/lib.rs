@@ -27,9 +27,9 @@ pub fn document(format: Format, soup: &Soup) -> Document {
     Document::parse(encode(format, soup).unwrap(), None).unwrap()
 }
 
-/// The copy of `original` that carries the mark of this secret, with the usual strength.
+/// The copy of `original` that carries the mark of this secret by the preset robust.
 pub fn marked(original: &Document, secret: u8) -> Marked {
-    marked_by(original, secret, Preset::default())
+    marked_by(original, secret, Preset::Robust)
 }
 
 /// The same by this preset.

@@ -29,7 +29,7 @@ fn buyer(i: usize) -> (Identity, Secret) {
 
 /// Marks with keys that cost nothing: there are thousands of them here.
 fn cheap(original: &Document) -> Embedder<'_> {
-    let embedder = Embedder::new(original, Preset::default().parameters(), false).unwrap();
+    let embedder = Embedder::new(original, Preset::Robust.parameters(), false).unwrap();
     embedder.with_derivation(Derivation::stub_for_experiments())
 }
 

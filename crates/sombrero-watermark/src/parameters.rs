@@ -41,10 +41,11 @@ impl Default for Parameters {
 pub enum Preset {
     /// Fields that carry the most evidence for the least visibility, as many as the mesh has room for: nobody sees them,
     /// and planes stay planar. Normals turn by 0.24 degrees, root mean square.
-    Faithful,
-    /// 200 coefficients that share the energy by the roots of their heights: survives more. The default. It moves
-    /// vertices about as far as the paper's (root mean square).
+    /// The default.
     #[default]
+    Faithful,
+    /// 200 coefficients that share the energy by the roots of their heights: survives more, and is seen on flat faces. It
+    /// moves vertices about as far as the paper's (root mean square).
     Robust,
     /// The paper's: 50 coefficients by their heights.
     Paper,

@@ -97,7 +97,7 @@ pub(crate) fn run(args: &Benchmark, folder: &Path) -> anyhow::Result<()> {
     let models = MODELS.iter().filter(|m| args.only.iter().any(|name| name == m.name));
     let (mut cells, mut distortions) = (Vec::new(), Vec::new());
     for model in models {
-        let case = Case::read(folder, model.file, Preset::default())?;
+        let case = Case::read(folder, model.file, Preset::Robust)?;
         let marked = case.marked_by_seeds(args.keys)?;
         distortions.push(distortion(model.name, &marked)?);
         cells.extend(model_cells(model.name, &marked)?);

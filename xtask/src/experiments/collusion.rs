@@ -11,7 +11,7 @@ use sombrero::attacks::{apply_all, parse_list};
 use sombrero::basis::BasisOptions;
 use sombrero::io::{Document, Format, Rewrite, encode};
 use sombrero::mesh::Soup;
-use sombrero::watermark::{Derivation, Identity, Key, Parameters, Secret};
+use sombrero::watermark::{Derivation, Identity, Key, Parameters, Preset, Secret};
 use sombrero::{DetectOptions, Embedder, Trace, Tracer};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Collusion, folder: &Path) -> anyhow::Result<()> {
         let known = super::tables::paper::MODELS.iter().find(|m| m.name == model.as_str());
         let document = read(folder, known.with_context(|| format!("no model `{model}`"))?.file)?;
         for &coefficients in &args.coefficients {
-            let usual = Parameters::default();
+            let usual = Preset::Robust.parameters();
             let basis = BasisOptions { coefficients, ..usual.basis };
             // As far as the usual mark moves vertices: the energy is shared by twice as many.
             let epsilon = usual.epsilon * (usual.basis.coefficients as f64 / coefficients as f64).sqrt();

@@ -72,8 +72,9 @@ impl<'a> Embedder<'a> {
         })?;
         drop(progressive);
         let coefficients = basis.functions().len();
-        if coefficients < *COEFFICIENTS.start() || (coefficients < wanted.coefficients && !fewer_if_small) {
-            return Err(BasisError::TooFew { wanted: wanted.coefficients, available: coefficients }.into());
+        if coefficients < *COEFFICIENTS.start() {
+            let wanted = expected(&wanted);
+            return Err(BasisError::TooFew { wanted, available: coefficients }.into());
         }
         let self_test = seconds.time("test", || SelfTest::new(&model, &basis))?;
         let digest = seconds.time("insert", || OriginalDigest::of(original.parts()));

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::terminal::complain;
 use sombrero::EmbedOptions;
+use sombrero::basis::BasisFunction;
 use sombrero::watermark::{Identity, Key, OriginalDigest, Parameters, Secret};
 use std::path::{Path, PathBuf};
 
@@ -44,11 +45,12 @@ pub(super) fn is_done(
     Err(Failure::new("write", message))
 }
 
-/// A small mesh may have got fewer coefficients, and a limited displacement a smaller ε.
+/// A small mesh may have got fewer coefficients, and any mesh fewer fields,, and a limited displacement a smaller ε.
 fn was_asked_for(options: &EmbedOptions, key: &Key) -> bool {
     let Parameters { preset, basis, epsilon } = options.parameters;
     let made = key.parameters;
-    let coefficients = match options.fewer_if_small {
+    let may_be_fewer = options.fewer_if_small || basis.function == BasisFunction::Field;
+    let coefficients = match may_be_fewer {
         false => made.basis.coefficients == basis.coefficients,
         true => made.basis.coefficients <= basis.coefficients,
     };
