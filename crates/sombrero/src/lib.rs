@@ -10,7 +10,7 @@ mod prepared_basis;
 mod trace;
 
 pub use attack::{AttackFileError, AttackedFile, attack};
-pub use claim::{CONVINCING, Claim, Commitment, Convinces, TRIES};
+pub use claim::{CONVINCING, Claim, Commitment, Convinces, KEYS, SUSPECTS, TIMESTAMPS, settings_weight};
 pub use compare::{CompareError, Comparison, compare};
 pub use detect::{
     Alignment, DetectError, DetectOptions, Detection, Detector, Measured, Method, Variant, detect,
