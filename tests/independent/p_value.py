@@ -19,6 +19,7 @@ import json
 import math
 import re
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -70,16 +71,15 @@ def t_test(w: np.ndarray, extracted: list) -> float:
     kept = [i for i, e in enumerate(extracted) if e is not None and abs(e) <= OUTLIER]
     if len(kept) < 3:
         return 0.0
-    a, b = w[kept], np.array([extracted[i] for i in kept])
-    a, b = a - a.mean(), b - b.mean()
-    lengths = math.sqrt(a @ a), math.sqrt(b @ b)
-    if min(lengths) == 0.0:
+    # In exact fractions: next to rho = 1 the last digits of doubles are all that is left of 1 - rho^2.
+    a, b = ([Fraction(float(values[i])) for i in kept] for values in (w, extracted))
+    a, b = ([x - sum(values) / len(kept) for x in values] for values in (a, b))
+    aa, bb, ab = (sum(x * y for x, y in zip(*pair)) for pair in ((a, a), (b, b), (a, b)))
+    if aa == 0 or bb == 0:
         return 0.0
-    a, b = a / lengths[0], b / lengths[1]
-    rho, freedom = float(a @ b), len(kept) - 2
-    # 1 - rho^2 without cancellation.
-    near = 0.5 * float((a - b) @ (a - b)) if rho > 0 else 0.5 * float((a + b) @ (a + b))
-    rest = near * (2.0 - near)
+    explained = ab * ab / (aa * bb)
+    rho, freedom = math.copysign(math.sqrt(explained), ab), len(kept) - 2
+    rest = max(float(1 - explained), AGREEMENT)
     half = 0.5 * freedom
     if rest < (half + 1.0) / (half + 2.5):
         ln_tail = ln_beta_tail(rest, half, 0.5) - math.log(2.0)

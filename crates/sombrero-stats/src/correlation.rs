@@ -10,10 +10,23 @@
 //!
 //! The t test needs 1 - ρ² = (1 - ρ)(1 + ρ). Where the watermark was found almost untouched, ρ rounds to 1 and the
 //! textbook formula loses every digit, while the squared difference of two nearly equal unit vectors keeps
-//! them: an error δ in either norm enters as δ², not as δ. Cost: a few passes over the data.
+//! them: an error δ in either norm enters as δ², not as δ.
+//!
+//! Next to 1 even those digits run out, since each â and b̂ is rounded by itself. There the line through the pairs is fitted,
+//! and what it leaves is summed up,
+//!
+//! ```text
+//! 1 - ρ² = Σ (bᵢ - α - β aᵢ)² / ‖b‖²   with β = a · b / ‖a‖², α such that the sum of the residuals is 0
+//! ```
+//!
+//! with the rounding of each product and sum carried along (Dekker, Numer. Math. 18, 1971) and the fit repeated on the
+//! residuals: all digits that the values have. Cost: a few passes over the data.
 
-use libm::{ilogb, scalbn};
+use libm::{fma, ilogb, scalbn};
 use thiserror::Error;
+
+/// Nearer to 1 than this ρ is computed from residuals: rounding takes the digits beyond the eleventh of a larger gap.
+const NEAR: f64 = 1e-10;
 
 /// Pearson's correlation ρ of k pairs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +102,9 @@ impl Correlation {
         }
         let a = centred_unit(first, Side::First)?;
         let b = centred_unit(second, Side::Second)?;
-        Ok(Self::of_unit_vectors(&a, &b))
+        let correlation = Self::of_unit_vectors(&a, &b);
+        let gap = correlation.one_minus.min(correlation.one_plus);
+        Ok(if gap < NEAR { correlation.with_residuals(first, second) } else { correlation })
     }
 
     /// From a value of ρ in [-1, 1]; 1 - ρ then has only the digits that ρ has.
@@ -121,6 +136,17 @@ impl Correlation {
         }
     }
 
+    /// The same with the small one of the two gaps from the residuals of a fitted line.
+    fn with_residuals(self, first: &[f64], second: &[f64]) -> Self {
+        let sign = if self.rho < 0.0 { -1.0 } else { 1.0 };
+        let (a, mut b) = (near_one(first), near_one(second));
+        b.iter_mut().for_each(|x| *x *= sign);
+        let rest = unexplained(&a, &b);
+        let gap = rest / (1.0 + (1.0 - rest).sqrt());
+        let (one_minus, one_plus) = if sign > 0.0 { (gap, 2.0 - gap) } else { (2.0 - gap, gap) };
+        Self { one_minus, one_plus, ..self }
+    }
+
     /// ρ in [-1, 1].
     pub fn rho(&self) -> f64 {
         self.rho
@@ -145,6 +171,35 @@ impl Correlation {
     pub fn pairs(&self) -> usize {
         self.pairs
     }
+}
+
+/// 1 - ρ² of values that lie nearly on a line: the share of ‖b‖² that the line does not explain.
+fn unexplained(a: &[f64], b: &[f64]) -> f64 {
+    let centred = |values: &[f64]| {
+        let mut values = values.to_vec();
+        subtract_mean(&mut values);
+        values
+    };
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let (a0, b0) = (centred(a), centred(b));
+    let slope = dot(&a0, &b0) / dot(&a0, &a0);
+    let shift = mean(b) - slope * mean(a);
+    let residual = |(&x, &y): (&f64, &f64)| {
+        let product = slope * x;
+        let product_rounding = fma(slope, x, -product);
+        let difference = y - product;
+        // Knuth's exact sum of two numbers.
+        let back = difference - y;
+        let difference_rounding = (y - (difference - back)) - (product + back);
+        (difference - shift) + (difference_rounding - product_rounding)
+    };
+    let mut rest: Vec<f64> = a.iter().zip(b).map(residual).collect();
+    // What rounding left of the line.
+    subtract_mean(&mut rest);
+    let slope = dot(&rest, &a0) / dot(&a0, &a0);
+    rest.iter_mut().zip(&a0).for_each(|(rest, a)| *rest -= slope * a);
+    (dot(&rest, &rest) / dot(&b0, &b0)).min(1.0)
 }
 
 /// The values less their mean, at length one.
@@ -210,6 +265,71 @@ mod tests {
             let far = Correlation::of(&a, &opposite).unwrap();
             assert_eq!(far.one_plus_rho(), near.one_minus_rho());
             assert_eq!(far.one_minus_rho_squared(), near.one_minus_rho_squared());
+        }
+    }
+
+    /// Nearly a line with the values of the test below, and 1 - ρ².
+    const GOLDEN: [([f64; 6], f64); 5] = [
+        (
+            [0.1000003, 0.6999989, -0.29999909999999996, 2.2000002000000003, -1.8999993, 0.4499992],
+            2.987648326047643e-13,
+        ),
+        (
+            [
+                0.10000000000003001,
+                0.6999999999998899,
+                -0.29999999999991,
+                2.20000000000002,
+                -1.89999999999993,
+                0.44999999999992,
+            ],
+            2.9873726833470824e-27,
+        ),
+        (
+            [
+                0.10000000000000091,
+                0.6999999999999966,
+                -0.29999999999999727,
+                2.2000000000000006,
+                -1.899999999999998,
+                0.4499999999999976,
+            ],
+            2.636570530811394e-30,
+        ),
+        (
+            [
+                5.1000000000003,
+                5.699999999998901,
+                4.7000000000009,
+                7.2000000000002,
+                3.1000000000007,
+                5.4499999999992,
+            ],
+            2.9857795588625768e-25,
+        ),
+        (
+            [
+                -0.16999999999999701,
+                0.009999999999988981,
+                -0.28999999999999104,
+                0.460000000000002,
+                -0.769999999999993,
+                -0.065000000000008,
+            ],
+            3.3040615892778373e-28,
+        ),
+    ];
+
+    /// 1 - ρ² in exact fractions of the same doubles.
+    #[test]
+    fn digits_survive_where_unit_vectors_are_rounded() {
+        let a = [0.1, 0.7, -0.3, 2.2, -1.9, 0.45];
+        for (b, exact) in GOLDEN {
+            for sign in [1.0, -1.0] {
+                let b = b.map(|x| sign * x);
+                let rest = Correlation::of(&a, &b).unwrap().one_minus_rho_squared();
+                assert!((rest / exact - 1.0).abs() < 1e-12, "{rest:e} {exact:e}");
+            }
         }
     }
 
