@@ -136,19 +136,71 @@ fn a_key_that_replaces_an_open_file_is_readable_by_its_owner_alone() {
 }
 
 #[test]
-fn an_output_replaces_a_link_and_not_what_it_leads_to() {
+fn an_output_neither_replaces_a_link_nor_what_it_leads_to() {
     let workshop = workshop();
     std::fs::create_dir(workshop.path("elsewhere")).unwrap();
     workshop.write("elsewhere/target.obj", "old");
     symlink("elsewhere/target.obj", workshop.path("link.obj")).unwrap();
     symlink("elsewhere", workshop.path("way")).unwrap();
     refused(&workshop, &arguments("attack original.obj -o link.obj none"), &["link.obj", "already exists"]);
-    workshop.line("attack original.obj -o link.obj none --force").text();
-    assert!(!workshop.path("link.obj").is_symlink());
-    assert!(workshop.read("link.obj") == workshop.read("original.obj"));
+    for line in [
+        "attack original.obj -o link.obj none --force",
+        "embed original.obj -o link.obj --key new.key --force",
+        "embed original.obj -o new.obj --key link.obj --force",
+    ] {
+        assert_eq!(refused(&workshop, &arguments(line), &["link.obj", "a link"]), "write");
+    }
+    assert!(workshop.path("link.obj").is_symlink());
     assert_eq!(workshop.read("elsewhere/target.obj"), b"old");
     workshop.line("embed original.obj -o way/new.obj --key way/new.key").text();
     assert!(workshop.path("elsewhere/new.obj").is_file() && workshop.path("elsewhere/new.key").is_file());
+}
+
+/// `/dev/stdout` is a link to whatever standard output is, and root may replace it.
+#[test]
+fn standard_output_by_its_name_as_a_file_stays_what_it_is() {
+    let workshop = workshop();
+    let link = workshop.path("stdout");
+    symlink("/dev/stdout", &link).unwrap();
+    for force in ["", "--force"] {
+        let mut command = workshop.command(arguments(&format!("attack original.obj -o stdout none {force}")));
+        let file = std::fs::File::create(workshop.path("out")).unwrap();
+        let ran = command.stdout(file).stderr(Stdio::piped()).spawn().unwrap().wait_with_output().unwrap();
+        let told = String::from_utf8_lossy(&ran.stderr);
+        assert_eq!(ran.status.code(), Some(2), "{told}");
+        assert!(told.starts_with("sombrero: stdout: ") && told.lines().count() == 1, "{told}");
+        assert_eq!(std::fs::read_link(&link).unwrap(), std::path::Path::new("/dev/stdout"));
+        assert_eq!(workshop.read("out"), b"");
+    }
+}
+
+/// What a run leaves that is killed between the names of a key and of its copy.
+#[test]
+fn a_copy_is_made_again_from_its_key() {
+    for line in [
+        "embed original.obj --out-dir copies --owner A",
+        "embed original.obj --recipients buyers.csv --out-dir copies --owner A",
+    ] {
+        let workshop = workshop();
+        workshop.write("buyers.csv", "recipient,file\nAlice,original\nBob,second\n");
+        workshop.line(line).text();
+        let before = workshop.listing();
+        let keys = ["copies/keys/original.obj.key", "copies/keys/original.key"];
+        let key = keys.into_iter().find(|key| workshop.path(key).exists()).unwrap();
+        std::fs::remove_file(workshop.path("copies/original.obj")).unwrap();
+        let other = line.replace("--owner A", "--owner B");
+        let told = workshop.line(&other);
+        assert_eq!(told.status, Some(2), "{}", told.stdout);
+        assert!((told.stdout + &told.stderr).contains(&format!("{key}: was made for another file, owner")));
+        assert!(!workshop.path("copies/original.obj").exists());
+        workshop.line(line).text();
+        assert!(workshop.listing() == before, "{line}: another copy or key");
+        // A copy without a key may be anybody's.
+        std::fs::remove_file(workshop.path(key)).unwrap();
+        let told = workshop.line(line);
+        assert_eq!(told.status, Some(2), "{}", told.stdout);
+        assert!((told.stdout + &told.stderr).contains("copies/original.obj: already exists"));
+    }
 }
 
 #[test]

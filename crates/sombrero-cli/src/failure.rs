@@ -66,6 +66,7 @@ impl From<ReadError> for Failure {
 
 impl From<sombrero::io::WriteError> for Failure {
     fn from(error: sombrero::io::WriteError) -> Self {
-        Self::new("write", error.to_string())
+        // The library does not know how it is allowed here.
+        Self::new("write", error.to_string().replace("allow overwriting", "give --force"))
     }
 }

@@ -3,7 +3,9 @@
 use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
 use sombrero::PreparedBasis;
-use sombrero::io::{Document, Format, Limits, Output, Overwrite, ReadError, read_bytes, write_together};
+use sombrero::io::{
+    Document, Format, Limits, Output, Overwrite, ReadError, check_output, read_bytes, write_together,
+};
 use sombrero::watermark::{Key, Secret};
 use std::ffi::OsStr;
 use std::io::{Read, Write};
@@ -211,8 +213,8 @@ fn place(path: &Path) -> Option<PathBuf> {
     path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
 }
 
-/// Refuses outputs that exist before any work is done, unless `force`; and always those that are an input
-/// or each other. Standard input can be read once, and standard output written once.
+/// Refuses outputs that exist before any work is done, unless they are files and `force`; and always those that are an
+/// input or each other. Standard input can be read once, and standard output written once.
 pub(crate) fn check_outputs(outputs: &[&Path], inputs: &[&Path], force: bool) -> Result<(), Failure> {
     for (paths, name) in [(outputs, "output"), (inputs, "input")] {
         if paths.iter().filter(|path| is_standard(path)).count() > 1 {
@@ -231,11 +233,7 @@ pub(crate) fn check_outputs(outputs: &[&Path], inputs: &[&Path], force: bool) ->
             let message = format!("{}: two outputs have the same name; choose another one", output.display());
             return Err(Failure::new("write", message));
         }
-        if !force && output.symlink_metadata().is_ok() {
-            let message =
-                format!("{}: already exists; choose another name or give --force", output.display());
-            return Err(Failure::new("write", message));
-        }
+        check_output(output, overwrite(force))?;
     }
     Ok(())
 }

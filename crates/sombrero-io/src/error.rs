@@ -330,6 +330,12 @@ pub enum WriteError {
         /// The output.
         path: PathBuf,
     },
+    /// The output is a symbolic link.
+    #[error("{}: a link, so it is neither replaced nor followed; give the name of a file, or - for standard output where that is meant", path.display())]
+    Link {
+        /// The output.
+        path: PathBuf,
+    },
     /// The output is a directory, a device, a pipe or a socket.
     #[error("{}: not a regular file, so it cannot be replaced; choose another name", path.display())]
     NotAFile {

@@ -34,7 +34,7 @@ pub use error::{ParseError, Place, ReadError, WriteError};
 pub use format::Format;
 pub use input::{Limits, read_bytes};
 pub use output::{
-    Access, Output, Overwrite, check_file_name, replace_each, write_atomically, write_together,
+    Access, Output, Overwrite, check_file_name, check_output, replace_each, write_atomically, write_together,
 };
 pub use parsed::{Companion, Rewrite, Rewritten};
 pub use registry::encode;

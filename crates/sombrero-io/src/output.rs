@@ -15,7 +15,7 @@ pub enum Overwrite {
     /// An existing output is an error.
     #[default]
     Refuse,
-    /// An existing regular file is replaced; of a link the link itself, never what it leads to.
+    /// An existing regular file is replaced, and nothing else: no link, no device, no folder.
     Allow,
 }
 
@@ -44,12 +44,12 @@ pub struct Output<'a> {
 ///
 /// There is never a half-written file under `path`: on any failure what was there before is still there, and
 /// the temporary file is gone. The rename is atomic, but nothing is flushed to the disk. A link at `path` is
-/// replaced as such: whoever laid it there cannot choose another file to be overwritten.
+/// neither followed nor replaced: whoever laid it there cannot choose another file to be overwritten, and `/dev/stdout`,
+/// which is a link too, stays one.
 ///
 /// # Errors
 ///
-/// [`WriteError::Exists`] unless overwriting is allowed, [`WriteError::NotAFile`] rather than replace a
-/// directory or a device, [`WriteError::Io`] when the operating system refuses.
+/// Those of [`check_output`], and [`WriteError::Io`] when the operating system refuses.
 pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), WriteError> {
     write_together(&[Output { path, bytes, access: Access::Usual }], overwrite)
 }
@@ -58,24 +58,20 @@ pub fn write_atomically(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Resu
 /// gets its name, so that a full disk or a missing folder leaves none of them. Runs that write the same names at the same
 /// moment take turns: what is there in the end is all of one run.
 ///
-/// At every moment, also when the process is killed, those of the names that are there belong together. New files are
-/// named in their order. Where the last one (a key, say) replaces another, the others that are in the way are taken away
-/// first, and then it is named before them: it is never missing, and never beside what belongs to another.
+/// At every moment, also when the process is killed, those of the names that are there belong together. Files are named
+/// in their order, and where they replace others, all but the first are taken away before: the first one (a key, say) is
+/// never missing where it was, and never beside what belongs to another. So the first is what a later run can go on from.
 ///
 /// # Errors
 ///
 /// As [`write_atomically`], for the first file that fails. Files that had been named by then and are new are
-/// removed again, and those that were taken away come back; a last one that was replaced stays replaced.
+/// removed again, and those that were taken away come back; a first one that was replaced stays replaced.
 pub fn write_together(outputs: &[Output<'_>], overwrite: Overwrite) -> Result<(), WriteError> {
-    let mut staged = staged(outputs, overwrite)?;
+    let staged = staged(outputs, overwrite)?;
     let _turn = lock::folders(staged.iter().map(|file| file.path));
     let mut taken = Taken(Vec::new());
-    if let [others @ .., last] = staged.as_slice()
-        && overwrite == Overwrite::Allow
-        && is_there(last.path)
-    {
-        others.iter().try_for_each(|other| taken.take_away(other.path))?;
-        staged.rotate_right(1);
+    if overwrite == Overwrite::Allow {
+        staged.iter().skip(1).try_for_each(|other| taken.take_away(other.path))?;
     }
     let mut named = Vec::new();
     for file in staged {
@@ -186,28 +182,30 @@ impl<'a> Staged<'a> {
     }
 }
 
-/// The regular file that `path` names and that is replaced; `None` for a new file and in the place of a link.
+/// Whether a file may be written at `path`, told before there is anything to write.
 ///
-/// A link to a device or a folder is refused as these are: `/dev/stdout` is such a link.
+/// # Errors
+///
+/// [`WriteError::Exists`] where something is and overwriting is not allowed, [`WriteError::Link`] and
+/// [`WriteError::NotAFile`] (a directory, a device, a pipe, a socket) where it is, [`WriteError::Reserved`] on Windows.
+pub fn check_output(path: &Path, overwrite: Overwrite) -> Result<(), WriteError> {
+    replaced(path, overwrite).map(drop)
+}
+
+/// The regular file that `path` names and that is replaced; `None` for a new file.
 fn replaced(path: &Path, overwrite: Overwrite) -> Result<Option<fs::Metadata>, WriteError> {
     if cfg!(windows) {
         check_file_name(path)?;
     }
-    let Ok(found) = fs::symlink_metadata(path) else {
+    let owned = || path.to_owned();
+    match fs::symlink_metadata(path) {
         // Not there, or not to be seen: then making the temporary file fails as well, and says why.
-        return Ok(None);
-    };
-    if overwrite == Overwrite::Refuse {
-        return Err(WriteError::Exists { path: path.to_owned() });
+        Err(_) => Ok(None),
+        Ok(_) if overwrite == Overwrite::Refuse => Err(WriteError::Exists { path: owned() }),
+        Ok(found) if found.is_symlink() => Err(WriteError::Link { path: owned() }),
+        Ok(found) if !found.is_file() => Err(WriteError::NotAFile { path: owned() }),
+        Ok(found) => Ok(Some(found)),
     }
-    let is_link = found.is_symlink();
-    // A link that leads nowhere is nothing to lose.
-    let is_other =
-        if is_link { fs::metadata(path).is_ok_and(|end| !end.is_file()) } else { !found.is_file() };
-    if is_other {
-        return Err(WriteError::NotAFile { path: path.to_owned() });
-    }
-    Ok((!is_link).then_some(found))
 }
 
 /// Refuses names of files that Windows takes for devices (`CON`, `nul.obj`, `COM1.tar.gz`, in any case) or cannot
@@ -376,38 +374,31 @@ mod tests {
         assert!(error.to_string().contains("out.obj"));
     }
 
+    /// Whether it leads to a file, to nothing, to a device (as `/dev/stdout` may) or to a folder.
     #[cfg(unix)]
     #[test]
-    fn a_link_is_replaced_and_never_what_it_leads_to() {
-        use std::os::unix::fs::symlink;
+    fn a_link_is_neither_replaced_nor_followed() {
         let folder = tempfile::tempdir().unwrap();
-        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        let (file, missing) = (folder.path().join("file"), folder.path().join("missing"));
         fs::write(&file, "old").unwrap();
-        symlink(&file, &link).unwrap();
-        assert!(matches!(write_atomically(&link, b"new", Overwrite::Refuse), Err(WriteError::Exists { .. })));
+        let ends = [&file, &missing, Path::new("/dev/null"), folder.path()];
+        for (number, end) in ends.into_iter().enumerate() {
+            let link = folder.path().join(number.to_string());
+            std::os::unix::fs::symlink(end, &link).unwrap();
+            let write = |overwrite| write_atomically(&link, b"new", overwrite);
+            assert!(matches!(write(Overwrite::Refuse), Err(WriteError::Exists { .. })), "{}", end.display());
+            assert!(matches!(write(Overwrite::Allow), Err(WriteError::Link { .. })), "{}", end.display());
+            assert_eq!(fs::read_link(&link).unwrap(), end);
+        }
         assert_eq!(fs::read(&file).unwrap(), b"old");
-        write_atomically(&link, b"new", Overwrite::Allow).unwrap();
-        assert_eq!(fs::read(&file).unwrap(), b"old");
-        assert!(fs::symlink_metadata(&link).unwrap().is_file());
-        assert_eq!(fs::read(&link).unwrap(), b"new");
-        let lost = folder.path().join("lost");
-        symlink(folder.path().join("nowhere"), &lost).unwrap();
-        write_atomically(&lost, b"new", Overwrite::Allow).unwrap();
-        assert!(!folder.path().join("nowhere").exists());
-        assert_eq!(fs::read(&lost).unwrap(), b"new");
+        assert!(!missing.exists());
     }
 
     #[cfg(unix)]
     #[test]
-    fn a_link_to_a_device_or_a_folder_is_never_replaced() {
-        let folder = tempfile::tempdir().unwrap();
-        for (name, target) in [("device", Path::new("/dev/null")), ("folder", folder.path())] {
-            let link = folder.path().join(name);
-            std::os::unix::fs::symlink(target, &link).unwrap();
-            let refused = write_atomically(&link, b"x", Overwrite::Allow);
-            assert!(matches!(refused, Err(WriteError::NotAFile { .. })), "{name}");
-            assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        }
+    fn a_device_is_never_replaced() {
+        let refused = write_atomically(Path::new("/dev/null"), b"x", Overwrite::Allow);
+        assert!(matches!(refused, Err(WriteError::NotAFile { .. })));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::Tracer;
 use sombrero::io::{Access, Document, Output, replace_each};
-use sombrero::watermark::{Key, Mismatch, hash_tree};
+use sombrero::watermark::{Key, Mismatch, Path as TreePath, hash_tree};
 use sombrero_timestamp::{Token, request};
 use std::path::{Path, PathBuf};
 
@@ -73,13 +73,6 @@ fn ask(
     let (mut placed, stamped): (Vec<_>, Vec<_>) =
         genuine.into_iter().partition(|(_, key)| args.force || key.timestamp.is_none());
     skipped.extend(stamped.iter().map(|(path, _)| Skipped::new(path, &"it has a timestamp already")));
-    if let Some((path, _)) = placed.iter().find(|(_, key)| key.path.is_some() && !args.force) {
-        let message = format!(
-            "{}: waits for a timestamp that was asked for before; store it with --token, or give --force to ask anew",
-            path.display()
-        );
-        return Err(Failure::new("timestamp", message));
-    }
     if placed.is_empty() {
         let message =
             format!("{}: all keys have a timestamp; give --force to replace them", folder.display());
@@ -87,10 +80,20 @@ fn ask(
     }
     let commitments: Vec<[u8; 32]> = placed.iter().map(|(_, key)| key.commitment()).collect();
     let (root, paths) = hash_tree(&commitments);
+    let request_path = args.output.clone().unwrap_or_else(|| folder.with_added_extension("tsq"));
+    // Without a request, keys that have their places in this very tree are what a run left that was broken off.
+    let is_left = |key: &Key, path: &TreePath| key.path.as_ref() == Some(path) && !request_path.exists();
+    let waiting = |((_, key), path): &(&(PathBuf, Key), &TreePath)| key.path.is_some() && !is_left(key, path);
+    if let Some(((path, _), _)) = placed.iter().zip(&paths).find(waiting).filter(|_| !args.force) {
+        let message = format!(
+            "{}: waits for a timestamp that was asked for before; store it with --token, or give --force to ask anew",
+            path.display()
+        );
+        return Err(Failure::new("timestamp", message));
+    }
     for ((_, key), path) in placed.iter_mut().zip(paths) {
         (key.path, key.timestamp) = (Some(path), None);
     }
-    let request_path = args.output.clone().unwrap_or_else(|| folder.with_added_extension("tsq"));
     files::check_outputs(&[&request_path], &[&args.input], args.force)?;
     // The request last: where it is, the keys are whole.
     write(&placed)?;

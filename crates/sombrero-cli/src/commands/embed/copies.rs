@@ -3,7 +3,7 @@
 
 use super::args::Order;
 use super::copy::{Place, answer, mark, write};
-use super::folder::{is_done, make_folders, own_secret};
+use super::folder::{Before, before, make_folders, own_secret};
 use crate::answer::{Answer, Context, Outcome};
 use crate::batch::{self, Inputs};
 use crate::failure::Failure;
@@ -62,16 +62,29 @@ fn copy(
     let original = files::read_mesh(input, context.limits)?;
     let identity = &order.options.identity;
     let digest = OriginalDigest::of(original.parts());
-    if !order.force && is_done(&order.options, place, identity, &digest)? {
-        let [input, output, key] = [input, output, key].map(|path| path.display().to_string());
-        let text = Table::new(format!("kept {output}, which was marked before"));
-        return Answer::new(text, &json!({ "input": input, "output": output, "key": key, "kept": true }));
-    }
-    files::check_outputs(&[output, key], &[input], order.force)?;
-    let secret = own_secret(given, &digest, identity)?;
+    let before = match order.force {
+        true => Before::Nothing,
+        false => before(&order.options, place, identity, &digest)?,
+    };
+    let kept = match before {
+        Before::All => {
+            let [input, output, key] = [input, output, key].map(|path| path.display().to_string());
+            let text = Table::new(format!("kept {output}, which was marked before"));
+            return Answer::new(text, &json!({ "input": input, "output": output, "key": key, "kept": true }));
+        }
+        Before::Key(kept) => Some(*kept),
+        Before::Nothing => {
+            files::check_outputs(&[output, key], &[input], order.force)?;
+            None
+        }
+    };
+    let secret = match &kept {
+        Some(kept) => kept.secret,
+        None => own_secret(given, &digest, identity)?,
+    };
     let marked = mark(order, &original, place, secret)?;
     make_folders(folder, context)?;
-    write(&marked, &original, place, &[input], order.force, context.limits)?;
+    write(&marked, &original, place, &[input], kept.as_ref(), order.force, context.limits)?;
     let mut answer = answer(place, &marked.report)?;
     answer.json["input"] = input.display().to_string().into();
     answer.json["kept"] = false.into();

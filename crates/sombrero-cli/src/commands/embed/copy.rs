@@ -1,6 +1,7 @@
 //! One marked copy: made, written with its key, read back, told of.
 
 use super::args::Order;
+use super::folder::other_key;
 use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::files;
@@ -8,8 +9,9 @@ use crate::table::Table;
 use nalgebra::Point3;
 use serde::Serialize;
 use sombrero::io::{Access, Companion, Document, Limits, Output};
-use sombrero::watermark::Secret;
+use sombrero::watermark::{Key, Secret};
 use sombrero::{EmbedOptions, EmbedReport, Marked, embed};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
@@ -38,12 +40,14 @@ pub(super) fn mark(
     embed(original, secret, &options).map_err(|e| Failure::about("mesh", place.input, &e))
 }
 
-/// Writes copy, key and what belongs beside the copy, all or nothing, and reads the copy back.
+/// Writes key, copy and what belongs beside the copy, all or nothing, and reads the copy back. With a `kept` key of an
+/// earlier run that was broken off, what is missing of the copy that it belongs to.
 pub(super) fn write(
     marked: &Marked,
     original: &Document,
     place: &Place<'_>,
     inputs: &[&Path],
+    kept: Option<&Key>,
     force: bool,
     limits: Limits,
 ) -> Result<(), Failure> {
@@ -51,13 +55,19 @@ pub(super) fn write(
     let beside = |path: &Path, companion: &Companion| path.with_file_name(&companion.name);
     let companions: Vec<PathBuf> = marked.companions.iter().map(|c| beside(place.output, c)).collect();
     let buffers: Vec<PathBuf> = original.companions().iter().map(|c| beside(place.input, c)).collect();
-    let mut outputs = vec![
-        Output { path: place.output, bytes: &marked.bytes, access: Access::Usual },
-        // After the copy: where the key is, the copy is whole.
-        Output { path: place.key, bytes: key.as_bytes(), access: Access::Private },
-    ];
+    // The key first: a run that is broken off leaves what the copy can be made of, never a copy without its key. The copy
+    // last: where it is, all is.
+    let mut outputs = vec![Output { path: place.key, bytes: key.as_bytes(), access: Access::Private }];
     let contents = companions.iter().zip(&marked.companions);
-    outputs.splice(0..0, contents.map(|(path, c)| Output { path, bytes: &c.bytes, access: Access::Usual }));
+    outputs.extend(contents.map(|(path, c)| Output { path, bytes: &c.bytes, access: Access::Usual }));
+    outputs.push(Output { path: place.output, bytes: &marked.bytes, access: Access::Usual });
+    if let Some(kept) = kept {
+        if kept.commitment() != marked.key.commitment() {
+            return Err(other_key(place.key));
+        }
+        outputs.remove(0);
+        outputs.retain(|output| !fs::read(output.path).is_ok_and(|there| there == output.bytes));
+    }
     let paths: Vec<&Path> = outputs.iter().map(|o| o.path).collect();
     let inputs: Vec<&Path> = inputs.iter().copied().chain(buffers.iter().map(PathBuf::as_path)).collect();
     files::check_outputs(&paths, &inputs, force)?;

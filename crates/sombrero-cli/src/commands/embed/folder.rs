@@ -23,26 +23,40 @@ pub(super) fn make_folders(folder: &Path, context: &Context) -> Result<PathBuf, 
     Ok(keys)
 }
 
-/// Whether this copy was made before: its key is there and was made for this original, identity and these parameters.
-/// A key gets its name after the copy is whole. Other files by these names are an error.
-pub(super) fn is_done(
+/// What an earlier run left of a copy.
+pub(super) enum Before {
+    Nothing,
+    /// The key, which gets its name first: the copy can be made again from it.
+    Key(Box<Key>),
+    /// The copy and its key.
+    All,
+}
+
+/// What is there of a copy of this original for this identity with these parameters. Other files by these names are an
+/// error.
+pub(super) fn before(
     options: &EmbedOptions,
     place: &Place<'_>,
     identity: &Identity,
     original: &OriginalDigest,
-) -> Result<bool, Failure> {
-    if !(place.key.exists() && place.output.exists()) {
-        return Ok(false);
+) -> Result<Before, Failure> {
+    if !place.key.exists() {
+        return Ok(Before::Nothing);
     }
     let key = files::read_key(place.key)?;
-    if key.identity == *identity && key.check_original(original).is_ok() && was_asked_for(options, &key) {
-        return Ok(true);
+    if key.identity != *identity || key.check_original(original).is_err() || !was_asked_for(options, &key) {
+        return Err(other_key(place.key));
     }
+    Ok(if place.output.exists() { Before::All } else { Before::Key(Box::new(key)) })
+}
+
+/// Two keys in one place.
+pub(super) fn other_key(path: &Path) -> Failure {
     let message = format!(
         "{}: was made for another file, owner or recipient, or with other parameters; choose another folder or give --force",
-        place.key.display()
+        path.display()
     );
-    Err(Failure::new("write", message))
+    Failure::new("write", message)
 }
 
 /// A small mesh may have got fewer coefficients, and any mesh fewer fields,, and a limited displacement a smaller ε.

@@ -46,7 +46,7 @@ fn one(
     let original = files::read_mesh(input, context.limits)?;
     let place = Place { input, output, key };
     let marked = mark(order, &original, &place, secret)?;
-    write(&marked, &original, &place, &inputs, order.force, context.limits)?;
+    write(&marked, &original, &place, &inputs, None, order.force, context.limits)?;
     Ok(files::answered(output, answer(&place, &marked.report)?))
 }
 

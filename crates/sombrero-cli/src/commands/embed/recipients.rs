@@ -2,7 +2,7 @@
 
 use super::args::Order;
 use super::copy::{Place, write};
-use super::folder::{is_done, make_folders, own_secret};
+use super::folder::{Before, before, make_folders, own_secret};
 use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
 use crate::files;
@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::table::Table;
 use rayon::prelude::*;
 use serde::Serialize;
-use sombrero::watermark::{Identity, OriginalDigest, Secret};
+use sombrero::watermark::{Identity, Key, OriginalDigest, Secret};
 use sombrero::{EmbedReport, Embedder};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -79,23 +79,30 @@ pub(super) fn run(
     let jobs = jobs(&order.options.identity.owner, input, folder, &keys, rows);
     let digest = OriginalDigest::of(original.parts());
 
-    let done = |job: &Job| {
+    let left = |job: &Job| {
         let place = Place { input, output: &job.output, key: &job.key };
-        if order.force { Ok(false) } else { is_done(&order.options, &place, &job.identity, &digest) }
+        match order.force {
+            true => Ok(Before::Nothing),
+            false => before(&order.options, &place, &job.identity, &digest),
+        }
     };
-    let mut fates: Vec<Option<Fate>> = jobs
+    let (mut fates, kept): (Vec<Option<Fate>>, Vec<Option<Box<Key>>>) = jobs
         .par_iter()
-        .map(|job| match done(job) {
-            Ok(true) => Some(Fate::Kept),
-            Ok(false) => None,
-            Err(error) => Some(Fate::Failed { error }),
+        .map(|job| match left(job) {
+            Ok(Before::All) => (Some(Fate::Kept), None),
+            Ok(Before::Key(key)) => (None, Some(key)),
+            Ok(Before::Nothing) => (None, None),
+            Err(error) => (Some(Fate::Failed { error }), None),
         })
-        .collect();
+        .unzip();
 
     if fates.iter().any(Option::is_none) {
         let failed = |e: &dyn std::error::Error| Failure::about("mesh", input, e);
-        let secrets: Vec<Secret> =
-            jobs.iter().map(|job| own_secret(given, &digest, &job.identity)).collect::<Result<_, _>>()?;
+        let secret = |(job, kept): (&Job, &Option<Box<Key>>)| match kept {
+            Some(kept) => Ok(kept.secret),
+            None => own_secret(given, &digest, &job.identity),
+        };
+        let secrets: Vec<Secret> = jobs.iter().zip(&kept).map(secret).collect::<Result<_, _>>()?;
         let mut embedder = Embedder::new(&original, order.options.parameters, order.options.fewer_if_small)
             .map_err(|e| failed(&e))?;
         if let Some(most) = order.options.max_displacement {
@@ -104,21 +111,26 @@ pub(super) fn run(
         let total = fates.iter().filter(|fate| fate.is_none()).count();
         let made = AtomicUsize::new(0);
         progress.count(0, total);
-        let mark = |job: &Job, secret: &Secret| {
+        let mark = |job: &Job, secret: &Secret, kept: Option<&Key>| {
             let place = Place { input, output: &job.output, key: &job.key };
-            files::check_outputs(&[place.output, place.key], &[input, list], order.force)?;
+            let new = [place.output, place.key];
+            files::check_outputs(&new[..if kept.is_some() { 1 } else { 2 }], &[input, list], order.force)?;
             let marked = embedder
                 .mark(job.identity.clone(), *secret, &order.rewrite(place.output))
                 .map_err(|e| failed(&e))?;
-            write(&marked, &original, &place, &[input, list], order.force, context.limits)?;
+            write(&marked, &original, &place, &[input, list], kept, order.force, context.limits)?;
             Ok(Fate::Written(Box::new(marked.report)))
         };
-        fates.par_iter_mut().zip(&jobs).zip(&secrets).filter(|((fate, _), _)| fate.is_none()).for_each(
-            |((fate, job), secret)| {
-                *fate = Some(mark(job, secret).unwrap_or_else(|error| Fate::Failed { error }));
+        fates
+            .par_iter_mut()
+            .zip(&jobs)
+            .zip(secrets.par_iter().zip(&kept))
+            .filter(|((fate, _), _)| fate.is_none())
+            .for_each(|((fate, job), (secret, kept))| {
+                let marked = mark(job, secret, kept.as_deref());
+                *fate = Some(marked.unwrap_or_else(|error| Fate::Failed { error }));
                 progress.count(made.fetch_add(1, Ordering::Relaxed) + 1, total);
-            },
-        );
+            });
     }
     drop(progress);
     let report = report(input, folder, jobs, fates, start);
