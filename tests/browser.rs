@@ -159,7 +159,7 @@ fn the_view_draws_and_obeys() {
         assert_eq!(seen["wheel_without_focus"], false, "the page must scroll: {seen}");
         assert_eq!((&seen["missing_shown"], &seen["canvas_printed"]), (&false.into(), &false.into()));
         assert_eq!(seen["loaded"], 0, "something was loaded: {seen}");
-        let record = Record::find(PAGE.as_bytes()).unwrap().figures;
+        let record = Record::find(PAGE.as_bytes()).unwrap().unwrap().figures;
         for field in ["suspect", "files", "detected", "threshold", "variants_counted"] {
             assert_eq!(seen["evidence"][field], record[field], "a browser reads another {field}");
         }
@@ -185,7 +185,7 @@ fn without_webgl_a_sentence_says_so_and_other_scripts_are_refused() {
 
 #[test]
 fn the_page_carries_its_evidence_and_names_no_address() {
-    let record = Record::find(PAGE.as_bytes()).unwrap();
+    let record = Record::find(PAGE.as_bytes()).unwrap().unwrap();
     assert_eq!(record.evidence.files.suspect.path, HOSTILE);
     let (before, script) = PAGE.rsplit_once("<script>").unwrap();
     assert!(script.ends_with("</script></body></html>"));

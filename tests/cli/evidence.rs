@@ -34,6 +34,12 @@ fn demo_tells_the_whole_story() {
     let line = "detect show/part-marked.obj --original show/part.obj --key show/part.key --method paper --registration never --resampling never";
     assert!(workshop.line(line).text().contains("FOUND"));
 
+    // Without seconds, so that they are the same whenever they are made; they hold all the same.
+    for report in ["part-report.html", "bust-report.html"] {
+        let verified = workshop.line(&format!("verify show/{report}"));
+        assert_holds(verified.text(), &["HOLDS: ", "every byte of its page"]);
+    }
+
     workshop.line("demo -o show --seed 4 --force --threads 1").text();
     assert!(workshop.listing() == made, "one seed, one demo, whatever the threads");
 }
@@ -80,6 +86,30 @@ fn detect_writes_a_report_when_asked() {
         assert_eq!(refused(&workshop, &forced(input), &[input, "input"]), "write");
     }
     assert_eq!(workshop.run(forced("page.html")).status, Some(0));
+}
+
+/// Readers of JSON differ in which of two fields of one name counts.
+#[test]
+fn a_report_with_a_field_twice_is_refused() {
+    let workshop = workshop();
+    let line = "detect marked.obj --original original.obj --key mark.key --report page.html --json";
+    let json = workshop.line(line).stdout;
+    workshop.write("sound.json", &json);
+    assert_holds(workshop.line("verify sound.json").text(), &["HOLDS: "]);
+    let page = String::from_utf8(workshop.read("page.html")).unwrap();
+    for (was, twice, field) in [
+        ("\"detected\":true", "\"detected\":false,\"detected\":true", "detected"),
+        ("\"threshold\":", "\"threshold\":1.0,\"threshold\":", "threshold"),
+        ("\"convinces\":", "\"convinces\":\"nobody\",\"convinces\":", "claim.convinces"),
+        ("\"path\":", "\"path\":\"other.obj\",\"path\":", "path"),
+    ] {
+        for (name, text) in [("twice.json", &json), ("twice.html", &page)] {
+            assert!(text.contains(was), "{was}");
+            workshop.write(name, text.replacen(was, twice, 1));
+            let told = ["the field", field, "is there twice", name];
+            assert_eq!(refused(&workshop, &arguments(&format!("verify {name}")), &told), "report");
+        }
+    }
 }
 
 #[test]

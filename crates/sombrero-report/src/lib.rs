@@ -5,6 +5,7 @@ mod evidence;
 mod page;
 mod record;
 mod remark;
+mod repeated;
 mod replay;
 mod report;
 
@@ -13,5 +14,6 @@ pub use evidence::{Evidence, FileHash, Files, PROGRAM};
 pub use page::{PageError, page};
 pub use record::{MEASURED, Record, record};
 pub use remark::Remark;
+pub use repeated::RepeatedField;
 pub use replay::{Replay, ReplayError, replay};
 pub use report::Report;

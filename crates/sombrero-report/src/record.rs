@@ -5,6 +5,7 @@
 //! that holds it, and whoever reads the page back needs to undo nothing.
 
 use crate::evidence::Evidence;
+use crate::repeated::{self, RepeatedField};
 use crate::report::Report;
 use base64::{Engine, engine::general_purpose::STANDARD};
 use nalgebra::DMatrix;
@@ -72,14 +73,24 @@ impl Record {
     /// The record in a page of [`page`](crate::page()), or that is the whole file; `None` for other files.
     ///
     /// Only its shape is checked: anybody can write such a file, so a reader has to test what it says.
-    pub fn find(bytes: &[u8]) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`RepeatedField`] when it has a field twice, in whatever it holds: nobody could say which is meant.
+    pub fn find(bytes: &[u8]) -> Result<Option<Self>, RepeatedField> {
+        let Some((record, json)) = Self::read(bytes) else { return Ok(None) };
+        repeated::check(json)?;
+        Ok(Some(record))
+    }
+
+    /// The record and its JSON. Of fields that are there twice the last counts.
+    fn read(bytes: &[u8]) -> Option<(Self, &str)> {
         let text = std::str::from_utf8(bytes).ok()?;
         let alone = text.trim_start().starts_with('{');
         let json = if alone { text } else { embedded(text)? };
         let figures: Value = serde_json::from_str(json).ok()?;
         let evidence = serde_json::from_value(figures.clone()).ok()?;
         figures.get("detected")?;
-        Some(Self { figures, evidence, page: (!alone).then(|| text.to_owned()) })
+        Some((Self { figures, evidence, page: (!alone).then(|| text.to_owned()) }, json))
     }
 
     /// Whether it says that the mark was found.
@@ -149,6 +160,6 @@ mod tests {
         assert_eq!(embedded(""), None);
         assert_eq!(embedded(START), None);
         assert_eq!(embedded(&(one.clone() + &one)), None);
-        assert_eq!(Record::find(b"{\"detected\":true}"), None);
+        assert_eq!(Record::find(b"{\"detected\":true}"), Ok(None));
     }
 }

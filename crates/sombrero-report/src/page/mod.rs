@@ -196,9 +196,11 @@ fn meaning(detection: &Detection) -> Markup {
                 "marked with this key, but does not by itself say who made the original first or who passed the copy on."
             }
             p {
-                "The probability assumes that the key was fixed before the suspect was seen. Somebody who wants to deceive "
-                "can make keys until one fits by chance; each try costs him a known amount of computing. The sentence "
-                "at the head counts what he could have tried, unless a trusted timestamp shows that the key is older."
+                "The probability is that of one try: one key that was fixed before the suspect was seen, and one suspect. "
+                "Somebody who wants to deceive can make keys until one fits by chance, and hold each against every public "
+                "model; a key costs him a known amount of computing. The sentence at the head says how many keys and "
+                "suspects were counted. A trusted timestamp that is older than the suspect leaves him only those keys that "
+                "were stamped before."
             }
             @if detection.log10_p < words::BEYOND_CHANCE {
                 p {

@@ -146,7 +146,7 @@ fn the_record_is_carried_and_the_line_that_checks_it_shown() {
     case.evidence.files.suspect.path = "</script><script>\u{202e}\"&'\u{2028}".into();
     let text = html_of(&case);
     assert!(text.contains("sombrero verify REPORT.html"));
-    let found = Record::find(text.as_bytes()).unwrap();
+    let found = Record::find(text.as_bytes()).unwrap().unwrap();
     assert_eq!(found.evidence, case.evidence);
     assert_eq!(found.figures, record(&case.report()));
     // Record, scene and script.
