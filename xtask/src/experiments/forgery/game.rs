@@ -22,7 +22,7 @@ use sombrero::search::{Examiner, Hypothesis, Model, Original, SearchOptions, Sus
 use sombrero::shapes;
 use sombrero::stats::{KeyTests, LogProbability, WatermarkTestOptions, best_of, watermark_test};
 use sombrero::watermark::{COEFFICIENTS, Derivation, Identity, Key, OriginalDigest, Parameters, Secret};
-use sombrero::{Stages, When};
+use sombrero::{DetectOptions, Method, Stages, When, settings_weight};
 use std::collections::BTreeMap;
 
 /// Rates from 10^-1 down to 10^-4.
@@ -49,8 +49,10 @@ const SETTINGS: [(When, When); 4] = [
     (When::Never, When::Always),
 ];
 
-/// log10 of what p is multiplied with where settings are not the defaults (`sombrero::Claim`): 2 · 3 · 3.
-const WAYS_TO_SET: f64 = 1.255_272_505_103_306;
+/// log10 of what p is multiplied with for the choice of settings, as a verdict does.
+fn price(options: &DetectOptions) -> f64 {
+    -settings_weight(options).log10()
+}
 
 #[derive(Serialize)]
 pub(super) struct Game {
@@ -104,7 +106,7 @@ impl Game {
             format_args!(
                 "{games} random suspects, an original made from each, random parameters, {keys} keys for each with texts and \
                  secrets of their own, derivation stubbed; each key detected with the defaults and with four other settings, of which \
-                 the best counts, those others times 18 as a verdict counts them. Of all keys a share of 10^-k at most may \
+                 the best counts, p times what a verdict multiplies it with for the choice of settings (2 for the defaults, 34 for others). Of all keys a share of 10^-k at most may \
                  be at p <= 10^-k.\n"
             ),
         );
@@ -168,12 +170,11 @@ fn play(number: u64, keys: usize) -> anyhow::Result<Played> {
     };
     let watermarks = watermarks(&document, &original, parameters, keys, &mut rng);
     let suspect = original.suspect(&suspect);
-    for (number, (registration, resampling)) in SETTINGS.into_iter().enumerate() {
+    for (registration, resampling) in SETTINGS {
+        let price = price(&DetectOptions { registration, resampling, ..DetectOptions::default() });
         let options = SearchOptions { registration, resampling, ..SearchOptions::default() };
         match Fishing::all(&original, &suspect, &options, &watermarks) {
-            Ok(log10_p) => {
-                played.improve(log10_p.into_iter().map(|p| p + if number > 0 { WAYS_TO_SET } else { 0.0 }));
-            }
+            Ok(log10_p) => played.improve(log10_p.into_iter().map(|p| p + price)),
             Err(error) => played.unanswered.push(reason(&error)),
         }
     }
@@ -183,7 +184,11 @@ fn play(number: u64, keys: usize) -> anyhow::Result<Played> {
         let known = extract(original.basis(), original.epsilon(), points, found)?.coefficients;
         let test = |w: &Vec<f64>| Ok(watermark_test(w, &known, &WatermarkTestOptions::default())?.log10_p());
         let log10_p = watermarks.iter().map(test).collect::<anyhow::Result<Vec<f64>>>()?;
-        played.improve(log10_p.into_iter().map(|p| p + WAYS_TO_SET));
+        let (registration, resampling) = (When::Never, When::Never);
+        let options =
+            DetectOptions { method: Method::Paper, registration, resampling, ..DetectOptions::default() };
+        let price = price(&options);
+        played.improve(log10_p.into_iter().map(|p| p + price));
     }
     Ok(played)
 }

@@ -11,7 +11,9 @@ use sombrero::basis::{Basis, BasisOptions};
 use sombrero::extraction::{Deformation, Extractor, Nuisance};
 use sombrero::search::Model;
 use sombrero::shapes;
-use sombrero::stats::{Ellipsoid, KeyTests, LogProbability, WatermarkTestOptions, watermark_test};
+use sombrero::stats::{
+    Ellipsoid, KeyTests, LogProbability, STATISTICS, WatermarkTestOptions, watermark_test,
+};
 use sombrero::watermark::{Derivation, Identity, Key, OriginalDigest, Parameters, Secret};
 
 /// As few as a key can have.
@@ -19,7 +21,6 @@ const COEFFICIENTS: usize = 16;
 /// Rates from 10^-1 down to 10^-LAST.
 const LAST: usize = 7;
 const CHUNK: u64 = 10_000;
-const FLOORS: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
 #[derive(Serialize)]
 pub(super) struct Grinding {
@@ -136,7 +137,8 @@ impl Suspect {
                 (std::array::from_fn(|k| at(k, 0.0)), std::array::from_fn(|k| at(k, among)));
             Ok::<_, anyhow::Error>((ellipsoid, alone, chosen))
         };
-        let ellipsoids = FLOORS.into_iter().map(prepared).collect::<Result<_, _>>()?;
+        let floors = STATISTICS.iter().filter_map(|test| test.floor);
+        let ellipsoids = floors.map(prepared).collect::<Result<_, _>>()?;
         Ok(Self { known, ellipsoids, tests })
     }
 
