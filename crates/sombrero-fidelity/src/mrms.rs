@@ -12,10 +12,9 @@ use crate::Change;
 use nalgebra::Point3;
 use sombrero_spatial::spread_samples;
 
-/// Samples for each triangle, and the least and the most of them.
-const SAMPLES_A_FACE: usize = 2;
+/// The least and the most samples; between them it is one for each triangle.
 const LEAST_SAMPLES: usize = 10_000;
-const MOST_SAMPLES: usize = 200_000;
+const MOST_SAMPLES: usize = 100_000;
 
 /// Root mean square distance between the surfaces, the larger of both ways, over the diagonal of the bounding box; 0 without
 /// area. Of a smooth displacement it is right to about a hundredth. O(n log n).
@@ -29,7 +28,7 @@ pub fn mrms(change: &Change<'_>) -> f64 {
 /// Mean squared distance from one side to the other.
 fn mean_square(change: &Change<'_>, side: usize) -> f64 {
     let (points, triangles) = (change.sides()[side], &change.triangles);
-    let count = (SAMPLES_A_FACE * triangles.len()).clamp(LEAST_SAMPLES, MOST_SAMPLES);
+    let count = triangles.len().clamp(LEAST_SAMPLES, MOST_SAMPLES);
     let samples = spread_samples(points, triangles, count);
     let places: Vec<Point3<f64>> = samples.iter().filter_map(|s| s.point(points, triangles)).collect();
     let faces: Vec<u32> = samples.iter().map(|s| s.face).collect();

@@ -12,7 +12,7 @@
 //! as wide (as in the authors' own program, MEPP). Windows lie on one mesh, and on the other are what its vertices became:
 //! where connectivity is the same no projection is needed. The result is the mean of both ways.
 //!
-//! Windows of a fixed size hold more and more vertices of finer and finer meshes. From 50,000 vertices on as many stand for
+//! Windows of a fixed size hold more and more vertices of finer and finer meshes. From 100,000 vertices on as many stand for
 //! all, so that the cost does not grow with the square.
 
 use crate::Change;
@@ -27,7 +27,7 @@ const SCALES: [f64; 3] = [0.002, 0.003, 0.004];
 /// Radius of a window over that of its balls.
 const WINDOW: f64 = 5.0;
 /// Vertices that are compared at most.
-const MOST_SITES: usize = 50_000;
+const MOST_SITES: usize = 100_000;
 /// Vertices that one task looks at.
 const CHUNK: usize = 512;
 

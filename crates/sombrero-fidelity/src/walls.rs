@@ -1,6 +1,6 @@
 //! Walls and gaps: how near surfaces that face each other come.
 //!
-//! From each place of the surface a ray goes along the normal, outwards for a gap and inwards for a wall, to the first face
+//! From each place of the surface a line goes along the normal, outwards for a gap and inwards for a wall, to the nearest face
 //! that faces back: its normal n' is opposite to n, n · n' ≤ -cos 30°. Where two smooth surfaces are nearest they are
 //! parallel, so that a narrow cone of normals misses no wall, and leaves out creases that no one calls walls. Shapira, Shamir
 //! and Cohen-Or (2008) average over a cone of rays, for a robust diameter; here the least counts.
@@ -11,7 +11,7 @@
 use crate::Change;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-use sombrero_spatial::Ray;
+use sombrero_spatial::Line;
 
 /// Facing surfaces are at most this apart, as a share of the diagonal.
 pub const FARTHEST: f64 = 0.2;
@@ -19,6 +19,8 @@ pub const FARTHEST: f64 = 0.2;
 pub const CONTACT: f64 = 1e-6;
 /// -cos 30°: normals with at most this product face each other.
 const FACING: f64 = -0.866_025_403_784_438_6;
+/// Where to look from at most: more places are thinned out evenly.
+const MOST_PLACES: usize = 200_000;
 /// Places that one task looks at, and the share of all that is tried first, for a good bound.
 const CHUNK: usize = 256;
 const FIRST: usize = 64;
@@ -34,73 +36,102 @@ pub struct Thinnest {
 }
 
 /// The thinnest wall or gap between surfaces that face each other, before and after, measured from the same places. A closed
-/// surface has walls as every solid has: small parts and necks count too. O(n log n) as a rule.
+/// surface has walls as every solid has: small parts and necks count too. O(n log n) as a rule; of more than 200,000 faces
+/// and vertices as many are looked from.
 pub fn thinnest(change: &Change<'_>) -> Thinnest {
     let diagonal = change.bounds.diagonal();
     let [before, after] = [0, 1].map(|side| Facing::new(change, side));
-    let places: Vec<u32> = (0..before.places.len() as u32).collect();
-    let apart = |place: &u32| before.least(&[*place], CONTACT * diagonal) == CONTACT * diagonal;
-    let places: Vec<u32> = places.into_par_iter().with_min_len(CHUNK).filter(apart).collect();
-    let farthest = FARTHEST * diagonal;
-    let [before, after] = [before, after].map(|facing| facing.thinnest(&places, farthest));
+    let places = before.all_places();
+    let limits = [CONTACT * diagonal, FARTHEST * diagonal];
+    let (before, in_contact) = before.thinnest(&places, limits);
+    let places: Vec<u32> = places.into_iter().filter(|p| in_contact.binary_search(p).is_err()).collect();
+    let (after, _) = after.thinnest(&places, [-1.0, FARTHEST * diagonal]);
     Thinnest { before, after }
 }
 
-/// Where to look from, and at what.
+/// The surface on one side, looked at along its normals.
 struct Facing<'a> {
     change: &'a Change<'a>,
     side: usize,
-    /// Points with the unit normals there: faces, then vertices.
-    places: Vec<(Point3<f64>, Vector3<f64>)>,
+    /// Normals of the vertices.
+    normals: Vec<Vector3<f64>>,
 }
 
 impl<'a> Facing<'a> {
     fn new(change: &'a Change<'a>, side: usize) -> Self {
-        let normals = &change.facets[side].normals;
-        let centre = |face: u32| {
-            let [a, b, c] = change.corners(side, face);
-            Point3::from((a.coords + b.coords + c.coords) / 3.0)
-        };
-        let faces = (0..).zip(normals).map(|(face, normal)| (centre(face), *normal));
-        let vertices = change.sides()[side].iter().copied().zip(change.vertex_normals(side));
-        Self { change, side, places: faces.chain(vertices).collect() }
+        Self { change, side, normals: change.vertex_normals(side) }
     }
 
-    /// The least thickness at `places`; `None` when it is not below `farthest`.
-    fn thinnest(&self, places: &[u32], farthest: f64) -> Option<f64> {
+    /// Faces, then vertices, thinned out when there are too many.
+    fn all_places(&self) -> Vec<u32> {
+        /// 1 / golden ratio: the multiples of no number spread more evenly modulo 1.
+        const STEP: f64 = 0.618_033_988_749_894_8;
+        let count = (self.change.triangles.len() + self.normals.len()) as u32;
+        let share = MOST_PLACES as f64 / f64::from(count.max(1));
+        (0..count).filter(|&i| share >= 1.0 || (f64::from(i) * STEP).fract() < share).collect()
+    }
+
+    /// The least thickness at `places`, between `limits`, and the places in order where it is at most the first of them;
+    /// `None` when it is not below the second.
+    fn thinnest(&self, places: &[u32], limits: [f64; 2]) -> (Option<f64>, Vec<u32>) {
+        let [contact, farthest] = limits;
         let first: Vec<u32> = places.iter().copied().step_by(FIRST).collect();
         let least = |places: &[u32], bound: f64| {
-            places.par_chunks(CHUNK).map(|chunk| self.least(chunk, bound)).reduce(|| bound, f64::min)
+            let chunks = places.par_chunks(CHUNK).map(|chunk| self.least(chunk, contact, bound));
+            chunks.collect::<Vec<(f64, Vec<u32>)>>()
         };
-        let bound = least(&first, farthest);
-        Some(least(places, bound)).filter(|thickness| *thickness < farthest)
+        let bound = least(&first, farthest).iter().fold(farthest, |bound, (b, _)| bound.min(*b));
+        let chunks = least(places, bound);
+        let bound = chunks.iter().fold(bound, |bound, (b, _)| bound.min(*b));
+        let in_contact = chunks.into_iter().flat_map(|(_, places)| places).collect();
+        (Some(bound).filter(|thickness| *thickness < farthest), in_contact)
     }
 
-    /// The least thickness at `places`, or `bound` when that is less. Rays end at the best one so far.
-    fn least(&self, places: &[u32], bound: f64) -> f64 {
-        places.iter().fold(bound, |bound, &place| {
-            let (origin, normal) = self.places[place as usize];
-            [normal, -normal].into_iter().fold(bound, |bound, direction| {
-                let ray = Ray { origin, direction };
-                let counts = |face: u32| self.faces_back(face, &normal) && !self.is_at(place, face);
-                self.change.surfaces[self.side]
-                    .first_hit(&ray, bound, counts)
-                    .map_or(bound, |hit| hit.distance)
-            })
-        })
+    /// The least thickness above `contact` at `places`, or `bound` when that is less, and the places where it is no more
+    /// than `contact`. Lines end at the best one so far.
+    fn least(&self, places: &[u32], contact: f64, mut bound: f64) -> (f64, Vec<u32>) {
+        let mut in_contact = Vec::new();
+        for &place in places {
+            let (origin, normal) = self.at(place);
+            let counts = |face: u32| self.faces_back(face, &normal) && !self.is_at(place, face);
+            let line = Line { origin, direction: normal };
+            match self.change.surfaces[self.side].nearest_on_line(&line, bound, counts) {
+                Some(met) if met.distance.abs() <= contact => in_contact.push(place),
+                Some(met) => bound = met.distance.abs(),
+                None => {}
+            }
+        }
+        (bound, in_contact)
+    }
+
+    /// A place, and the unit normal there.
+    fn at(&self, place: u32) -> (Point3<f64>, Vector3<f64>) {
+        match self.vertex(place) {
+            Some(v) => (self.change.sides()[self.side][v as usize], self.normals[v as usize]),
+            None => {
+                let [a, b, c] = self.change.corners(self.side, place);
+                let centre = Point3::from((a.coords + b.coords + c.coords) / 3.0);
+                (centre, self.change.facets[self.side].normals[place as usize])
+            }
+        }
+    }
+
+    /// The vertex that a place is; `None` for a face.
+    fn vertex(&self, place: u32) -> Option<u32> {
+        place.checked_sub(self.change.triangles.len() as u32)
     }
 
     fn faces_back(&self, face: u32, normal: &Vector3<f64>) -> bool {
         self.change.facets[self.side].normals[face as usize].dot(normal) <= FACING
     }
 
-    /// Whether a face has the vertex, or a corner of the face, that a place belongs to.
+    /// Whether a face has the vertex, or a corner of the face, that a place is.
     fn is_at(&self, place: u32, face: u32) -> bool {
         let triangles = &self.change.triangles;
         let corners = triangles[face as usize];
-        match triangles.get(place as usize) {
-            Some(own) => own.iter().any(|v| corners.contains(v)),
-            None => corners.contains(&(place - triangles.len() as u32)),
+        match self.vertex(place) {
+            Some(v) => corners.contains(&v),
+            None => triangles[place as usize].iter().any(|v| corners.contains(v)),
         }
     }
 }

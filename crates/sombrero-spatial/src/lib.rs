@@ -2,10 +2,10 @@
 
 mod ball;
 mod limits;
+mod line;
 mod morton;
 mod nearest;
 mod overlap;
-mod ray;
 mod refit;
 mod rim;
 mod sample;
@@ -20,10 +20,10 @@ pub mod robust;
 
 pub use ball::sample_ball;
 pub use distance::{DistanceOptions, Distances, OneSided, compare};
+pub use line::{Crossing, Line};
 /// The crate whose points stand in the signatures here.
 pub use nalgebra;
 pub use nearest::NearestVertex;
-pub use ray::{Hit, Ray};
 pub use rim::Rim;
 pub use sample::{SurfaceSample, sample_surface};
 pub use spread::spread_samples;

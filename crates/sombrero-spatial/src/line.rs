@@ -1,0 +1,187 @@
+//! The nearest face on a line.
+//!
+//! With corners a, b, c, edges e₁ = b - a and e₂ = c - a, and the line o + t d (Möller and Trumbore 1997),
+//!
+//! ```text
+//! u = (d × e₂) · (o - a) / D,   v = ((o - a) × e₁) · d / D,   t = ((o - a) × e₁) · e₂ / D,   D = (d × e₂) · e₁;
+//! ```
+//!
+//! it meets the face where u, v and 1 - u - v are not negative. They may be so by a rounding error, so that no line slips
+//! through the seam of two faces.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::limits::usable;
+use crate::surface::Surface;
+use crate::tree::{Node, Tree, WIDTH};
+
+/// A line may miss a face by this share of it and meet it still.
+const SEAM: f64 = 1e-12;
+
+/// Three siblings wait at each level, and 2³² slots make at most 16 levels.
+const STACK: usize = 64;
+
+/// A straight line with a point to measure from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// The point that distances are from.
+    pub origin: Point3<f64>,
+    /// Where positive distances are; its length is their unit.
+    pub direction: Vector3<f64>,
+}
+
+/// Where a line meets a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Crossing {
+    /// Signed distance from the origin, in lengths of the direction.
+    pub distance: f64,
+    /// The face that is met.
+    pub face: u32,
+}
+
+impl Surface {
+    /// The nearest of the faces that `line` meets within `reach` on both sides of its origin and that `counts`; among
+    /// equally near ones that of the smallest index. O(log n) as a rule.
+    ///
+    /// ```
+    /// use nalgebra::{Point3, Vector3};
+    /// use sombrero_spatial::{Line, Surface};
+    ///
+    /// let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point3::from);
+    /// let surface = Surface::new(&points, &[[0, 1, 2]]);
+    /// let line = Line { origin: Point3::new(0.25, 0.25, 2.0), direction: Vector3::z() };
+    /// let met = surface.nearest_on_line(&line, f64::INFINITY, |_| true);
+    /// assert_eq!(met.map(|met| met.distance), Some(-2.0));
+    /// assert_eq!(surface.nearest_on_line(&line, 1.0, |_| true), None);
+    /// ```
+    pub fn nearest_on_line(&self, line: &Line, reach: f64, counts: impl Fn(u32) -> bool) -> Option<Crossing> {
+        if !usable(&line.origin) || !usable(&Point3::from(line.direction)) {
+            return None;
+        }
+        nearest(self.tree(), line, reach, counts)
+    }
+}
+
+fn nearest(tree: &Tree, line: &Line, mut reach: f64, counts: impl Fn(u32) -> bool) -> Option<Crossing> {
+    let inverse = line.direction.map(|d| 1.0 / d);
+    let mut best: Option<Crossing> = None;
+    let mut stack = [0u32; STACK];
+    let mut waiting = usize::from(!tree.nodes.is_empty());
+    while waiting > 0 {
+        waiting -= 1;
+        let node = &tree.nodes[stack[waiting] as usize];
+        let entered = entered(node, line, &inverse, reach);
+        for (child, _) in (node.first..).zip(entered).filter(|(_, entered)| *entered) {
+            if !node.leaf {
+                stack[waiting] = child;
+                waiting += 1;
+                continue;
+            }
+            let face = tree.faces[child as usize];
+            if !counts(face) {
+                continue;
+            }
+            let Some(distance) = meets(line, &tree.triangles[child as usize]) else { continue };
+            let nearer = best.is_none_or(|b| (distance.abs(), face) < (b.distance.abs(), b.face));
+            if distance.abs() <= reach && nearer {
+                best = Some(Crossing { distance, face });
+                reach = distance.abs();
+            }
+        }
+    }
+    best
+}
+
+/// Which children's boxes the line goes through within `reach`.
+#[inline]
+fn entered(node: &Node, line: &Line, inverse: &Vector3<f64>, reach: f64) -> [bool; WIDTH] {
+    /// A box is left a little later than rounding says.
+    const SLACK: f64 = 1e-13;
+    let (mut enter, mut leave) = ([-reach; WIDTH], [reach; WIDTH]);
+    for axis in 0..3 {
+        let (origin, inverse) = (line.origin[axis], inverse[axis]);
+        let [low, high] = [&node.low[axis], &node.high[axis]];
+        let [near, far] = if inverse.is_sign_positive() { [low, high] } else { [high, low] };
+        for child in 0..WIDTH {
+            let (near, far) = ((near[child] - origin) * inverse, (far[child] - origin) * inverse);
+            // A comparison with NaN is false: a line within a side is limited by the others.
+            enter[child] = if near > enter[child] { near } else { enter[child] };
+            leave[child] = if far < leave[child] { far } else { leave[child] };
+        }
+    }
+    let mut entered = [false; WIDTH];
+    for child in 0..WIDTH {
+        let slack = SLACK * (enter[child].abs() + leave[child].abs());
+        entered[child] = enter[child] <= leave[child] + slack && node.low[0][child] <= node.high[0][child];
+    }
+    entered
+}
+
+/// How far along the line the triangle is met.
+#[inline]
+fn meets(line: &Line, [a, b, c]: &[Point3<f64>; 3]) -> Option<f64> {
+    let (one, two, seen) = (b - a, c - a, line.origin - a);
+    let across = line.direction.cross(&two);
+    let determinant = across.dot(&one);
+    let other = seen.cross(&one);
+    let (u, v) = (across.dot(&seen) / determinant, other.dot(&line.direction) / determinant);
+    // A comparison with NaN, of a line within the plane, is false.
+    (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM).then(|| other.dot(&two) / determinant)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use sombrero_shapes as shapes;
+
+    fn vector() -> impl Strategy<Value = Vector3<f64>> {
+        [-1.0..1.0, -1.0..1.0, -1.0..1.0].prop_map(|[x, y, z]: [f64; 3]| Vector3::new(x, y, z))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(128))]
+
+        #[test]
+        fn the_nearest_of_all_faces(origin in vector(), direction in vector(), reach in 0.1..3.0f64, odd in 0u32..3) {
+            let soup = shapes::bumpy_sphere(200);
+            let surface = Surface::new(&soup.points, &soup.triangles);
+            let line = Line { origin: Point3::from(origin), direction };
+            let counts = |face: u32| face % 3 != odd;
+            let all = soup.triangles.iter().zip(0..).filter(|(_, face)| counts(*face)).filter_map(|(t, face)| {
+                let distance = meets(&line, &t.map(|v| soup.points[v as usize]))?;
+                (distance.abs() <= reach).then_some(Crossing { distance, face })
+            });
+            let expected = all.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()).then(a.face.cmp(&b.face)));
+            prop_assert_eq!(surface.nearest_on_line(&line, reach, counts), expected);
+        }
+
+        #[test]
+        fn nothing_slips_out_of_a_closed_surface(direction in vector()) {
+            prop_assume!(direction.norm() > 0.1);
+            let soup = shapes::cube();
+            let surface = Surface::new(&soup.points, &soup.triangles);
+            let line = Line { origin: Point3::origin(), direction };
+            prop_assert!(surface.nearest_on_line(&line, f64::INFINITY, |_| true).is_some());
+        }
+    }
+
+    #[test]
+    fn along_the_axes_through_seams() {
+        let soup = shapes::cube();
+        let surface = Surface::new(&soup.points, &soup.triangles);
+        let half = soup.points[0].x.abs();
+        for axis in 0..3 {
+            let mut direction = Vector3::zeros();
+            direction[axis] = 1.0;
+            let line = Line { origin: Point3::origin(), direction };
+            let met = surface.nearest_on_line(&line, f64::INFINITY, |_| true).unwrap();
+            assert!((met.distance.abs() - half).abs() < 1e-15);
+        }
+        let nowhere = Line { origin: Point3::origin(), direction: Vector3::zeros() };
+        assert_eq!(surface.nearest_on_line(&nowhere, f64::INFINITY, |_| true), None);
+        let lost = Line { origin: Point3::new(f64::NAN, 0.0, 0.0), direction: Vector3::x() };
+        assert_eq!(surface.nearest_on_line(&lost, f64::INFINITY, |_| true), None);
+    }
+}
