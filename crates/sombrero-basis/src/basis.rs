@@ -81,7 +81,8 @@ impl Basis {
     /// `points` are those of the full mesh. Leaves `progressive` at the full mesh.
     ///
     /// # Errors
-    /// [`BasisError::TooFew`] when fewer splits change the shape, or no field can carry anything.
+    /// [`BasisError::TooFewSplits`] when fewer splits change the shape, [`BasisError::TooFewFields`] when no field can carry
+    /// anything.
     pub fn new(
         progressive: &mut ProgressiveMesh,
         points: &[Point3<f64>],
@@ -105,7 +106,7 @@ impl Basis {
     ) -> Result<Self, BasisError> {
         let options = FieldsOptions { most, ..FieldsOptions::default() };
         let fields = Fields::new(progressive, points, &options)
-            .map_err(|_| BasisError::TooFew { wanted: most, available: 0 })?;
+            .map_err(|_| BasisError::TooFewFields { available: 0 })?;
         Ok(Self::of_fields(points.len(), &fields.columns))
     }
 
@@ -122,7 +123,7 @@ impl Basis {
         let all = magnitudes(progressive, points, &progress);
         let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {
-            return Err(BasisError::TooFew { wanted, available: splits.len() });
+            return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
         }
         let outlines = outlines(progressive, &splits, &progress);
         let columns = columns(progressive, points, &outlines, options.function, || progress.advance(column));
@@ -462,7 +463,7 @@ mod tests {
 
     #[test]
     fn too_small_a_mesh_says_how_much_it_could_carry() {
-        let Err(BasisError::TooFew { wanted: 5000, available }) = sphere_basis(5000) else {
+        let Err(BasisError::TooFewSplits { wanted: 5000, available }) = sphere_basis(5000) else {
             panic!("600 vertices cannot carry 5000 coefficients")
         };
         assert!(sphere_basis(available).is_ok());

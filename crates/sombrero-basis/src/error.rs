@@ -9,10 +9,19 @@ use thiserror::Error;
 pub enum BasisError {
     /// The mesh is too small or too flat.
     #[error("the mesh can carry {available} coefficients, not {wanted}; {}", cure(*available))]
-    TooFew {
+    TooFewSplits {
         /// How many were asked for.
         wanted: usize,
-        /// How many functions there are: vertex splits that change the shape, or fields that are not seen.
+        /// How many vertex splits change the shape.
+        available: usize,
+    },
+    /// The mesh has hardly a displacement that tells something and is not seen.
+    #[error(
+        "only {available} displacements of this mesh tell something without being seen, too few for a mark: it has few \
+         vertices, or large flats of few triangles; use a finer mesh, or --preset robust, which is seen"
+    )]
+    TooFewFields {
+        /// How many there are.
         available: usize,
     },
     /// Amplitudes that such functions do not have.

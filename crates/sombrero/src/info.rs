@@ -7,7 +7,8 @@ use sombrero_mesh::repair::{Repaired, Report};
 use sombrero_mesh::{geometry, topology};
 use sombrero_progressive::ProgressiveMesh;
 use sombrero_search::Model;
-use sombrero_watermark::COEFFICIENTS;
+use sombrero_spectral::PlanarRegions;
+use sombrero_watermark::{COEFFICIENTS, Preset};
 
 /// Counts, topology, size and attributes of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -54,6 +55,10 @@ pub struct Info {
     pub markable: bool,
     /// The largest number of coefficients that it can carry.
     pub capacity: usize,
+    /// Planar regions: flats of a machined part, which the preset faithful keeps planar.
+    pub planar_regions: usize,
+    /// The share of the area that is planar.
+    pub planar_share: f64,
     /// What is unusual, in sentences.
     pub warnings: Vec<String>,
 }
@@ -85,6 +90,10 @@ pub fn info(document: &Document) -> Info {
             .push("The mesh cannot be marked: it has no usable face, and a mark needs a surface.".to_owned());
     } else if capacity < usual {
         warnings.push(too_small(capacity, usual));
+    } else if points.len() <= SMALL && !moves_unseen(&model) {
+        let note = "Nothing of this mesh moves without being seen: it has few vertices, or large flats of few triangles. \
+                    A mark needs a finer mesh, or `--preset robust`, which is seen.";
+        warnings.push(note.to_owned());
     }
     warnings.extend(document.fixed().map(str::to_owned));
     let volume = closed.then(|| geometry::volume(mesh, points)).filter(|v| v.is_finite());
@@ -98,6 +107,7 @@ pub fn info(document: &Document) -> Info {
     if volume.is_some_and(|v| v < 0.0) {
         warnings.push("The faces look inwards. This does not matter to a mark.".to_owned());
     }
+    let planar = PlanarRegions::find(points, &mesh.triangles());
     let corners = |b: sombrero_mesh::BoundingBox| Corners { min: b.min.into(), max: b.max.into() };
     Info {
         format: document.format().to_string(),
@@ -120,8 +130,19 @@ pub fn info(document: &Document) -> Info {
         attributes: document.attributes().to_vec(),
         markable: capacity >= *COEFFICIENTS.start() && document.fixed().is_none(),
         capacity,
+        planar_regions: planar.count,
+        planar_share: planar.share,
         warnings,
     }
+}
+
+/// Meshes with more vertices have displacements that are not seen.
+const SMALL: usize = 2000;
+
+/// Whether the preset faithful finds enough to mark.
+fn moves_unseen(model: &Model) -> bool {
+    let found = model.basis(&Preset::Faithful.parameters().basis);
+    found.is_ok_and(|basis| basis.functions().len() >= *COEFFICIENTS.start())
 }
 
 fn capacity(repaired: &Repaired) -> usize {

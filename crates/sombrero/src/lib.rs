@@ -35,5 +35,6 @@ pub use sombrero_resampling as resampling;
 pub use sombrero_search as search;
 pub use sombrero_shapes as shapes;
 pub use sombrero_spatial as spatial;
+pub use sombrero_spectral as spectral;
 pub use sombrero_stats as stats;
 pub use sombrero_watermark as watermark;

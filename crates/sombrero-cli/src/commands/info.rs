@@ -38,6 +38,13 @@ fn text(args: &Args, i: &Info) -> Table {
     let measures: Vec<String> =
         [measure("area", i.area), measure("volume", i.volume)].into_iter().flatten().collect();
     let attributes = (!i.attributes.is_empty()).then(|| i.attributes.join(", "));
+    let planes = (i.planar_regions > 0).then(|| {
+        format!(
+            "{} planar regions, {:.0} % of the area, stay planar",
+            i.planar_regions,
+            100.0 * i.planar_share
+        )
+    });
     let markable = if i.markable { "yes" } else { "no" };
     Table::new(format!("{}: {}", args.mesh.display(), i.format))
         .row("vertices", stored)
@@ -46,6 +53,7 @@ fn text(args: &Args, i: &Info) -> Table {
         .row("defects", defects)
         .rows("bounding box", bounding_box)
         .row("size", measures.join(", "))
+        .rows("flats", planes)
         .rows("attributes", attributes)
         .row("markable", format!("{markable}; at most {} coefficients", i.capacity))
         .rows("note", &i.warnings)

@@ -64,7 +64,7 @@ impl<'a> Embedder<'a> {
         }
         let mut progressive = seconds.time("conversion", || model.progressive());
         let basis = seconds.time("basis", || match model.basis_of(&mut progressive, &wanted) {
-            Err(BasisError::TooFew { available, .. }) if fewer_if_small && available > 0 => {
+            Err(BasisError::TooFewSplits { available, .. }) if fewer_if_small => {
                 let fewer = BasisOptions { coefficients: available.max(*COEFFICIENTS.start()), ..wanted };
                 model.basis_of(&mut progressive, &fewer)
             }
@@ -73,8 +73,7 @@ impl<'a> Embedder<'a> {
         drop(progressive);
         let coefficients = basis.functions().len();
         if coefficients < *COEFFICIENTS.start() {
-            let wanted = expected(&wanted);
-            return Err(BasisError::TooFew { wanted, available: coefficients }.into());
+            return Err(BasisError::TooFewFields { available: coefficients }.into());
         }
         let self_test = seconds.time("test", || SelfTest::new(&model, &basis))?;
         let digest = seconds.time("insert", || OriginalDigest::of(original.parts()));
