@@ -155,16 +155,16 @@ impl<'a> Staged<'a> {
         let failed = |source| WriteError::Io { path: path.to_owned(), source };
         let replaced = replaced(path, overwrite)?;
         let folder = folder_of(path);
-        // The temporary file's own name would only confuse; what went wrong with its folder is enough.
-        let made = temporary(folder, output.access).map_err(|e| io::Error::from(e.kind()));
-        let mut file = made.map_err(failed)?;
+        // The temporary file's own name would only confuse; what went wrong is enough.
+        let failed_there = |e: io::Error| failed(io::Error::from(e.kind()));
+        let mut file = temporary(folder, output.access).map_err(failed_there)?;
         if let Some(replaced) = replaced
             && output.access == Access::Usual
         {
             // What was private stays private.
             file.as_file().set_permissions(replaced.permissions()).map_err(failed)?;
         }
-        file.write_all(output.bytes).map_err(failed)?;
+        file.write_all(output.bytes).map_err(failed_there)?;
         Ok(Self { file, path })
     }
 
