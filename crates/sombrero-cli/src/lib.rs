@@ -7,6 +7,7 @@ mod batch;
 mod cli;
 mod commands;
 mod failure;
+mod fidelity;
 mod files;
 mod key_folder;
 mod progress;

@@ -27,12 +27,14 @@ impl Fidelity {
         let Self { normals_rms, msdm2, flatness, .. } = self;
         if flatness.is_some() && *normals_rms > TURNED {
             return Some(format!(
-                "Normals turn by {normals_rms:.2} degrees rms, which shows on flat faces under a glossy light; lower epsilon."
+                "Normals turn by {normals_rms:.2} degrees rms, which shows on flat faces under a glossy light; lower \
+                 epsilon or take --preset faithful."
             ));
         }
         (*msdm2 > DIFFERENT).then(|| {
             format!(
-                "The change is seen side by side: MSDM2 is {msdm2:.2}, and {DIFFERENT:.2} is much; lower epsilon."
+                "The change is seen side by side: MSDM2 is {msdm2:.2}, and {DIFFERENT:.2} is much; lower epsilon \
+                 or take --preset faithful."
             )
         })
     }
@@ -41,7 +43,7 @@ impl Fidelity {
         let bent = self.flatness.filter(|bent| *bent > BENT)?;
         Some(format!(
             "A flat face is bent by {:.2} % of the largest side, more than the {:.1} % that ISO 2768-2, class H, allows; \
-             lower epsilon if parts must fit.",
+             lower epsilon or take --preset faithful if parts must fit.",
             bent * 100.0,
             BENT * 100.0
         ))

@@ -30,26 +30,6 @@ impl Distortion {
     }
 }
 
-/// How far face normals turned, root mean square by area, in radians: what shading shows of a mark. Faces without area
-/// before or after, or with corners that are not there, do not count.
-pub fn normal_change(before: &[Point3<f64>], after: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
-    let area = |points: &[Point3<f64>], corners: &[u32; 3]| {
-        let at = |v: u32| points.get(v as usize);
-        let [a, b, c] = [at(corners[0])?, at(corners[1])?, at(corners[2])?];
-        Some((b - a).cross(&(c - a))).filter(|n| n.norm() > 0.0)
-    };
-    let (mut squares, mut total) = (0.0, 0.0);
-    for corners in triangles {
-        if let (Some(n), Some(m)) = (area(before, corners), area(after, corners)) {
-            // The chord of the angle is accurate for small ones.
-            let chord = (n.normalize() - m.normalize()).norm();
-            squares += n.norm() * (2.0 * libm::asin((chord / 2.0).min(1.0))).powi(2);
-            total += n.norm();
-        }
-    }
-    if total > 0.0 { (squares / total).sqrt() } else { 0.0 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,20 +38,6 @@ mod tests {
     use sombrero_mesh::repair;
     use sombrero_progressive::ProgressiveMesh;
     use sombrero_shapes as shapes;
-
-    #[test]
-    fn a_face_that_turns_by_an_angle_counts_with_its_area() {
-        let angle = 0.01_f64;
-        let before = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-3.0, 0.0, 0.0]].map(Point3::from);
-        let mut after = before;
-        // The face on the left turns about the y axis; it has three times the area of the other.
-        after[3] = Point3::new(-3.0 * angle.cos(), 0.0, 3.0 * angle.sin());
-        let triangles = [[0, 1, 2], [0, 2, 3], [7, 1, 2], [1, 1, 2]];
-        let change = normal_change(&before, &after, &triangles);
-        assert!((change - angle * 0.75_f64.sqrt()).abs() < 1e-12, "{change}");
-        assert_eq!(normal_change(&before, &before, &triangles), 0.0);
-        assert_eq!(normal_change(&[], &[], &[]), 0.0);
-    }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(16))]

@@ -12,7 +12,7 @@ mod parameters;
 mod sequence;
 
 pub use derivation::Derivation;
-pub use embedding::{Distortion, embed, normal_change};
+pub use embedding::{Distortion, embed};
 pub use hash_tree::{Path, Sibling, hash_tree};
 pub use key::{Key, Mismatch};
 pub use key_file::{KEY_VERSION, KeyError};

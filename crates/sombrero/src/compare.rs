@@ -1,6 +1,7 @@
 //! The distance between two files.
 
 use serde::Serialize;
+use sombrero_fidelity::{Fidelity, Places};
 use sombrero_io::Document;
 use sombrero_search::Model;
 use sombrero_spatial::{DistanceOptions, compare as surface_distance};
@@ -27,6 +28,9 @@ pub struct Comparison {
     /// The longest displacement of a vertex, when connectivity agrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertex_max: Option<f64>,
+    /// What the second mesh made of the first, when connectivity agrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<Fidelity>,
 }
 
 /// The reason why two files cannot be compared.
@@ -54,12 +58,19 @@ pub fn compare(a: &Document, b: &Document) -> Result<Comparison, CompareError> {
     }
     let distances = surface_distance(first.soup(), second.soup(), &DistanceOptions::default())
         .ok_or(CompareError::NoFaces { which: "second" })?;
-    let vertices = (a.triangles() == b.triangles() && a.points().len() == b.points().len()).then(|| {
+    let alike = a.triangles() == b.triangles() && a.points().len() == b.points().len();
+    let vertices = alike.then(|| {
         let used = a.soup().used();
         let pairs = a.points().iter().zip(b.points()).zip(used).filter(|(_, used)| *used);
         let squared: Vec<f64> = pairs.map(|((p, q), _)| (q - p).norm_squared()).collect();
         let mean = squared.iter().sum::<f64>() / squared.len().max(1) as f64;
         (mean.sqrt(), squared.iter().copied().fold(0.0, f64::max).sqrt())
+    });
+    let fidelity = alike.then(|| {
+        let places = Places::new(a.points(), b.points());
+        // Both by the same means, so that what did not move is the same to the bit.
+        let [before, after] = [a, b].map(|document| first.points_from_stored(document.points()));
+        Fidelity::between(&before, &after, &first.soup().triangles, Some(places))
     });
     let side = first.largest_side();
     Ok(Comparison {
@@ -70,5 +81,6 @@ pub fn compare(a: &Document, b: &Document) -> Result<Comparison, CompareError> {
         relative_rms: distances.rms / side,
         vertex_rms: vertices.map(|v| v.0),
         vertex_max: vertices.map(|v| v.1),
+        fidelity,
     })
 }

@@ -25,6 +25,7 @@ pub use nalgebra;
 pub use sombrero_attacks as attacks;
 pub use sombrero_basis as basis;
 pub use sombrero_extraction as extraction;
+pub use sombrero_fidelity as fidelity;
 pub use sombrero_io as io;
 pub use sombrero_mesh as mesh;
 pub use sombrero_progress as progress;

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::DetectOptions;
 use sombrero::basis::{Amplitudes, BasisError, BasisOptions};
+use sombrero::fidelity::normal_change;
 use sombrero::io::Document;
 use sombrero::stats::median;
-use sombrero::watermark::{Parameters, Preset, normal_change};
+use sombrero::watermark::{Parameters, Preset};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

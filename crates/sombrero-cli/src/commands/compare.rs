@@ -2,6 +2,7 @@
 
 use crate::answer::{Answer, Context};
 use crate::failure::Failure;
+use crate::fidelity;
 use crate::files;
 use crate::progress::Progress;
 use crate::table::Table;
@@ -30,7 +31,8 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
         .rows(
             "vertices",
             moved.map(|(rms, max)| format!("moved by {rms:.4e} rms, {max:.4e} max (same connectivity)")),
-        );
+        )
+        .and(c.fidelity.as_ref().map_or_else(Table::default, fidelity::rows));
     Answer::new(text, &c)
 }
 

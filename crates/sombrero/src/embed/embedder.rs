@@ -7,6 +7,7 @@ use super::self_test::SelfTest;
 use crate::info::repair_notes;
 use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisError, BasisFunction, BasisOptions};
+use sombrero_fidelity::{Fidelity, Places};
 use sombrero_io::{Document, Limits, Rewrite, Rewritten, WriteError};
 use sombrero_search::{Model, Stages};
 use sombrero_watermark::{
@@ -168,12 +169,31 @@ impl<'a> Embedder<'a> {
             epsilon: key.parameters.epsilon,
             basis: key.parameters.basis.function.to_string(),
             distortion,
+            fidelity: None,
             log10_p,
             log10_p_after_noise,
             seconds,
             warnings,
         };
         Ok(Marked { bytes, companions, points: copy.points().to_vec(), key, report })
+    }
+
+    /// A copy that [`mark`](Self::mark) made, with its [`fidelity`](EmbedReport::fidelity) measured and what is amiss among
+    /// its warnings. All copies of one original are much alike: of many, one may stand for all.
+    #[must_use]
+    pub fn measured(&self, mut marked: Marked) -> Marked {
+        let Self { original, model, .. } = self;
+        let mut seconds = marked.report.seconds;
+        let fidelity = seconds.time("fidelity", || {
+            let places = Places::new(original.points(), &marked.points);
+            // Both by the same means, so that what did not move is the same to the bit.
+            let [before, after] = [original.points(), &marked.points].map(|p| model.points_from_stored(p));
+            Fidelity::between(&before, &after, &model.soup().triangles, Some(places))
+        });
+        marked.report.seconds = seconds;
+        marked.report.warnings.extend(fidelity.warnings());
+        marked.report.fidelity = Some(fidelity);
+        marked
     }
 
     /// The marked file with `moved` points, read from its `bytes`. One that needs others cannot be read from memory; then

@@ -2,11 +2,12 @@
 
 use nalgebra::Point3;
 use serde::Serialize;
+use sombrero_fidelity::{Fidelity, normal_change};
 use sombrero_io::Companion;
 #[cfg(doc)]
 use sombrero_io::Rewrite;
 use sombrero_search::{Model, Stages};
-use sombrero_watermark::{Distortion, Key, normal_change};
+use sombrero_watermark::{Distortion, Key};
 
 /// A marked copy.
 #[derive(Debug, Clone)]
@@ -40,6 +41,10 @@ pub struct EmbedReport {
     pub basis: String,
     /// The displacements of the vertices that have a face.
     pub distortion: DistortionReport,
+    /// What became of the model, read back from the marked file; `None` unless it was measured
+    /// ([`Embedder::measured`](crate::Embedder::measured)).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<Fidelity>,
     /// log10 of the probability that an unmarked mesh would match as well, read back from the marked file.
     pub log10_p: f64,
     /// log10 p by least squares after noise of 0.2 % of the largest side, one draw: what the mark is good for.

@@ -18,7 +18,8 @@ use sombrero_watermark::Secret;
 /// Marks `original` with a watermark that follows from its bytes, the identity and `secret`, and checks
 /// that the marked file gives the mark back.
 ///
-/// For many copies of one original make an [`Embedder`] once.
+/// What became of the model is measured too ([`EmbedReport::fidelity`]). For many copies of one original make an [`Embedder`]
+/// once, which measures when it is asked to.
 ///
 /// # Errors
 /// [`EmbedError`] when the mesh cannot carry the mark or the format cannot store it.
@@ -39,7 +40,8 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
     if let Some(most) = options.max_displacement {
         embedder.limit_displacement(most)?;
     }
-    let mut marked = embedder.mark(options.identity.clone(), secret, &options.rewrite)?;
+    let marked = embedder.mark(options.identity.clone(), secret, &options.rewrite)?;
+    let mut marked = embedder.measured(marked);
     let mut seconds = embedder.seconds;
     seconds.add(marked.report.seconds);
     marked.report.seconds = seconds;

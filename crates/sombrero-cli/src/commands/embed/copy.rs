@@ -4,6 +4,7 @@ use super::args::Order;
 use super::folder::other_key;
 use crate::answer::Answer;
 use crate::failure::Failure;
+use crate::fidelity;
 use crate::files;
 use crate::table::Table;
 use nalgebra::Point3;
@@ -115,7 +116,7 @@ fn text(place: &Place<'_>, report: &EmbedReport) -> Table {
         .row("mesh", format!("{} vertices, {} triangles", report.vertices, report.faces))
         .row("mark", mark)
         .row("displacement", displacement)
-        .row("normals", format!("turned by {:.2} degrees rms", d.normals_rms.to_degrees()))
+        .and(report.fidelity.as_ref().map_or_else(Table::default, fidelity::rows))
         .row("read back", read_back)
         .row("seconds", format!("{:.2}", report.seconds.total()))
         .rows("note", &report.warnings)
