@@ -49,6 +49,9 @@ pub(crate) struct Visibility {
     /// Presets, separated by commas. Default: all, and faithful at the strength at which it turns normals as robust does.
     #[arg(long, value_delimiter = ',')]
     presets: Vec<String>,
+    /// Attacks by their names in the table, separated by commas. Default: all.
+    #[arg(long, value_delimiter = ',')]
+    rows: Vec<String>,
     /// Where `visibility.md`, `visibility.json` and the pictures are written.
     #[arg(long, default_value = "docs/visibility")]
     out: PathBuf,
@@ -82,11 +85,13 @@ struct Line {
 
 pub(crate) fn run(args: &Visibility, folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out)?;
+    let asked = |name: &str| args.rows.is_empty() || args.rows.iter().any(|row| row == name);
+    let attacks: Vec<_> = ATTACKS.into_iter().filter(|(name, _)| asked(name)).collect();
     let mut lines = Vec::new();
     for (name, document) in documents(args, folder)? {
         for (preset, parameters) in presets(&args.presets) {
             let marked = Case::new(document.clone(), parameters)?.marked_by_seeds(args.runs)?;
-            let line = line(&name, preset, &marked)?;
+            let line = line(&name, preset, &marked, &attacks)?;
             println!("{}", row(&line));
             lines.push(line);
             let picture = beside(&marked[0])?.to_png()?;
@@ -94,7 +99,7 @@ pub(crate) fn run(args: &Visibility, folder: &Path) -> anyhow::Result<()> {
             std::fs::write(args.out.join(format!("{name}-{file}.png")), picture)?;
         }
     }
-    std::fs::write(args.out.join("visibility.md"), markdown(args.runs, &lines))?;
+    std::fs::write(args.out.join("visibility.md"), markdown(args.runs, &attacks, &lines))?;
     Ok(std::fs::write(args.out.join("visibility.json"), serde_json::to_string_pretty(&lines)? + "\n")?)
 }
 
@@ -118,7 +123,7 @@ fn presets(only: &[String]) -> Vec<(&'static str, Parameters)> {
     all.into_iter().chain([(LOUD, loud)]).filter(|(name, _)| asked(name)).collect()
 }
 
-fn line(model: &str, preset: &str, marked: &[Marked]) -> anyhow::Result<Line> {
+fn line(model: &str, preset: &str, marked: &[Marked], attacks: &[(&str, &str)]) -> anyhow::Result<Line> {
     let measure = |marked: &Marked| {
         let original = marked.detector.model().soup();
         Fidelity::between(&original.points, &marked.copy.points, &original.triangles, None)
@@ -150,7 +155,7 @@ fn line(model: &str, preset: &str, marked: &[Marked]) -> anyhow::Result<Line> {
         flat_dihedral: known(&|f| f.flat_dihedral),
         flatness: known(&|f| f.flatness),
         new_intersections: middle(&|f| f.new_intersections as f64)?,
-        log10_p: ATTACKS.par_iter().map(survival).collect::<anyhow::Result<_>>()?,
+        log10_p: attacks.par_iter().map(survival).collect::<anyhow::Result<_>>()?,
     })
 }
 
@@ -216,7 +221,7 @@ fn row(line: &Line) -> String {
     )
 }
 
-fn markdown(runs: u64, lines: &[Line]) -> String {
+fn markdown(runs: u64, attacks: &[(&str, &str)], lines: &[Line]) -> String {
     let mut text = format!(
         "# What is seen of a mark, and what it survives\n\nWritten by `cargo xtask visibility`; medians of {runs} secrets. \
          The pictures beside this file show original and copy, whole and where normals turned most.\n\n\
@@ -227,18 +232,18 @@ fn markdown(runs: u64, lines: &[Line]) -> String {
     lines.iter().for_each(|line| {
         let _ = writeln!(text, "{}", row(line));
     });
-    let names = ATTACKS.map(|attack| attack.0).join(" | ");
+    let names = attacks.iter().map(|attack| attack.0).collect::<Vec<_>>().join(" | ");
     let _ = writeln!(
         text,
         "\nlog10 p of the robust method, which is told nothing:\n\n| model | preset | {names} |\n|---|---|{}",
-        "---:|".repeat(ATTACKS.len())
+        "---:|".repeat(attacks.len())
     );
     for line in lines {
         let figures = line.log10_p.iter().map(|p| format!("{p:.1}")).collect::<Vec<_>>().join(" | ");
         let _ = writeln!(text, "| {} | {} | {figures} |", line.model, line.preset);
     }
     let _ = writeln!(text, "\n| attack | spec |\n|---|---|");
-    for (name, spec) in ATTACKS {
+    for (name, spec) in attacks {
         let _ = writeln!(text, "| {name} | `{spec}` |");
     }
     text
