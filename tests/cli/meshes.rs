@@ -241,7 +241,8 @@ fn a_mesh_that_is_too_small_says_how_many_coefficients_it_could_carry() {
         refused(&workshop, &attack, &words);
         if capacity >= 16 {
             // What it says it can carry, it carries; one more, and it does not.
-            let embed = |n: u64| format!("embed {name} -o {n}.obj --key {n}.key --coefficients {n}");
+            let embed =
+                |n: u64| format!("embed {name} -o {n}.obj --key {n}.key --preset robust --coefficients {n}");
             refused(&workshop, &arguments(&embed(capacity + 1)), &words[..3]);
             workshop.line(&embed(capacity)).text();
             let line = format!(

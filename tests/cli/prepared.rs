@@ -7,7 +7,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use sombrero::basis::BasisFunction;
 use sombrero::io::Document;
-use sombrero::watermark::{Derivation, Key, OriginalDigest, embed as insert};
+use sombrero::watermark::{Derivation, Key, OriginalDigest, Preset, embed as insert};
 use sombrero::{Detector, EmbedOptions, embed};
 use sombrero_tests::Workshop;
 use std::os::unix::fs::PermissionsExt;
@@ -130,7 +130,7 @@ fn prepared_files_vouch_for_nothing() {
     let original = Document::parse(workshop.read("original.obj"), None).unwrap();
     let key = Key::from_json(&workshop.read("mark.key")).unwrap();
     let derby = {
-        let mut options = EmbedOptions::default();
+        let mut options = EmbedOptions { parameters: Preset::Robust.parameters(), ..EmbedOptions::default() };
         options.parameters.basis.function = BasisFunction::Derby;
         embed(&original, key.secret, &options).unwrap().key
     };

@@ -167,7 +167,9 @@ fn numbers_out_of_range_are_refused() {
         ("65537", &["65536"]),
         ("18446744073709551615", &["65536"]),
     ] {
-        let line = format!("embed original.obj -o out.obj --key out.key --coefficients {coefficients}");
+        let line = format!(
+            "embed original.obj -o out.obj --key out.key --preset robust --coefficients {coefficients}"
+        );
         refused(&workshop, &arguments(&line), &[&["coefficients"], words].concat());
     }
     for threshold in ["0", "2", "inf", "1e-400", "-0.5"] {

@@ -52,7 +52,9 @@ impl<'a> Graph<'a> {
         let mut bodies = vec![Vec::new(); planes.count()];
         let mut body_of = vec![Vec::new(); vertex.len()];
         for (v, &full) in (0..).zip(vertex) {
-            let mut names: Vec<u32> = planes.regions(full).iter().map(|&r| body[r as usize]).collect();
+            // Regions that other planes hold in their place move with nothing.
+            let moving = planes.regions(full).iter().map(|&r| body[r as usize]).filter(|&b| b != u32::MAX);
+            let mut names: Vec<u32> = moving.collect();
             names.sort_unstable();
             names.dedup();
             names.iter().for_each(|&b| bodies[b as usize].push(v));

@@ -1,21 +1,19 @@
 //! An original that any number of copies are made of.
 
+use super::choice::{Choice, FEW};
 use super::error::EmbedError;
 use super::limit::longest_displacement;
 use super::marked::{DistortionReport, EmbedReport, Marked};
 use super::self_test::SelfTest;
 use crate::info::repair_notes;
 use nalgebra::Point3;
-use sombrero_basis::{Basis, BasisError, BasisFunction, BasisOptions};
+use sombrero_basis::Basis;
 use sombrero_fidelity::{Fidelity, Places};
 use sombrero_io::{Document, Limits, Rewrite, Rewritten, WriteError};
 use sombrero_search::{Model, Stages};
 use sombrero_watermark::{
     COEFFICIENTS, Derivation, EPSILONS, Identity, Key, OriginalDigest, Parameters, Secret, embed as insert,
 };
-
-/// The paper's number. With fewer a mark is easily lost.
-const FEW: usize = 50;
 
 /// The mark must read back at least this well from the file just written, and should after a little noise.
 const READ_BACK: f64 = -6.0;
@@ -64,28 +62,20 @@ impl<'a> Embedder<'a> {
             return Err(EmbedError::NoFaces);
         }
         let mut progressive = seconds.time("conversion", || model.progressive());
-        let basis = seconds.time("basis", || match model.basis_of(&mut progressive, &wanted) {
-            Err(BasisError::TooFewSplits { available, .. }) if fewer_if_small => {
-                let fewer = BasisOptions { coefficients: available.max(*COEFFICIENTS.start()), ..wanted };
-                model.basis_of(&mut progressive, &fewer)
-            }
-            basis => basis,
-        })?;
+        let choice =
+            seconds.time("basis", || Choice::new(&model, &mut progressive, parameters, fewer_if_small))?;
         drop(progressive);
-        let coefficients = basis.functions().len();
-        if coefficients < *COEFFICIENTS.start() {
-            return Err(BasisError::TooFewFields { available: coefficients }.into());
-        }
+        let Choice { basis, parameters, expected, note } = choice;
         let self_test = seconds.time("test", || SelfTest::new(&model, &basis))?;
         let digest = seconds.time("insert", || OriginalDigest::of(original.parts()));
         Ok(Self {
             original,
-            warnings: warnings(original, &model, expected(&wanted), coefficients),
+            warnings: warnings(original, &model, note, [expected, basis.functions().len()]),
             model,
             basis_digest: basis.digest(),
             basis,
             digest,
-            parameters: Parameters { basis: BasisOptions { coefficients, ..wanted }, ..parameters },
+            parameters,
             derivation: Derivation::STANDARD,
             most: None,
             self_test,
@@ -222,19 +212,16 @@ fn rounded_down(x: f64) -> f64 {
     if shown <= x { shown } else { x }
 }
 
-/// The number of coefficients that a mesh is small without. Of fields most meshes have fewer than the most they may have.
-fn expected(options: &BasisOptions) -> usize {
-    if options.function == BasisFunction::Field {
-        FEW.min(options.coefficients)
-    } else {
-        options.coefficients
-    }
-}
-
 /// What was mended, and whether the mesh is small.
-fn warnings(original: &Document, model: &Model, wanted: usize, carried: usize) -> Vec<String> {
+fn warnings(
+    original: &Document,
+    model: &Model,
+    note: Option<String>,
+    [wanted, carried]: [usize; 2],
+) -> Vec<String> {
     let mut notes = original.notes().to_vec();
     notes.extend(repair_notes(&model.repaired().report));
+    notes.extend(note);
     if carried < wanted {
         let least = COEFFICIENTS.start();
         let floor = if carried < FEW {

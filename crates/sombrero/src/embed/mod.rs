@@ -1,5 +1,6 @@
 //! Marks a file.
 
+mod choice;
 mod embedder;
 mod error;
 mod limit;

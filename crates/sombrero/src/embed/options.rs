@@ -8,8 +8,8 @@ use sombrero_watermark::{Identity, Parameters};
 pub struct EmbedOptions {
     /// Coefficients, basis function and ε.
     pub parameters: Parameters,
-    /// Take fewer coefficients, 16 at least, when the mesh cannot carry as many. Otherwise that is an
-    /// error. Default: no.
+    /// Make do with what the mesh can carry: fewer coefficients, 16 at least, or the preset robust where nothing moves
+    /// unseen. Otherwise that is an error. Default: no.
     pub fewer_if_small: bool,
     /// Lower ε so far that no vertex moves by more than this many model units; see
     /// [`Embedder::limit_displacement`](crate::Embedder::limit_displacement). Default: `None`.

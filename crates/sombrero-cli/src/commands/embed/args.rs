@@ -35,12 +35,13 @@ pub(crate) struct Args {
     recipient: String,
     /// What the mark is made of: faithful (fields that nobody sees), robust (200 bumps that share the energy; survives
     /// more, and is seen on flat faces) or paper (the paper's 50).
-    #[arg(long, value_name = "NAME", default_value_t = Preset::default())]
-    preset: Preset,
+    /// Default: faithful, and robust where --basis is given.
+    #[arg(long, value_name = "NAME")]
+    preset: Option<Preset>,
     /// How many coefficients carry the mark. Default: the preset's, or fewer on a small mesh.
     #[arg(long, value_name = "N")]
     coefficients: Option<usize>,
-    /// Strength of the mark. Default: the preset's, 0.0041 (radians that normals turn by), 0.0088 or 0.01.
+    /// Strength of the mark. Default: the preset's, 0.004 (radians that normals turn by), 0.0088 or 0.01.
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = finite)]
     epsilon: Option<f64>,
     /// Lower epsilon so far that no vertex moves by more than this, in the units of the model, before the file rounds
@@ -114,11 +115,16 @@ impl<'a> Plan<'a> {
 impl Args {
     /// The preset's, as far as nothing else was asked for.
     fn parameters(&self) -> Result<Parameters, Failure> {
-        let Parameters { preset, basis, epsilon } = self.preset.parameters();
+        let usual = if self.basis.is_some_and(|f| f != BasisFunction::Field) {
+            Preset::Robust
+        } else {
+            Preset::default()
+        };
+        let named = self.preset.unwrap_or(usual);
+        let Parameters { preset, basis, epsilon } = named.parameters();
         if let Some(function) = self.basis.filter(|f| !basis.amplitudes.suit(*f)) {
             let cure = if function == BasisFunction::Field { "faithful" } else { "robust or paper" };
-            let message =
-                format!("--basis {function} is not of --preset {}; give --preset {cure}", self.preset);
+            let message = format!("--basis {function} is not of --preset {named}; give --preset {cure}");
             return Err(Failure::new("usage", &message));
         }
         let chosen = self.coefficients.is_some() || self.basis.is_some() || self.epsilon.is_some();

@@ -6,8 +6,8 @@ use crate::failure::Failure;
 use crate::files;
 use crate::terminal::complain;
 use sombrero::EmbedOptions;
-use sombrero::basis::BasisFunction;
-use sombrero::watermark::{Identity, Key, OriginalDigest, Parameters, Secret};
+use sombrero::basis::{BasisFunction, BasisOptions};
+use sombrero::watermark::{Identity, Key, OriginalDigest, Parameters, Preset, Secret};
 use std::path::{Path, PathBuf};
 
 /// The folder and its `keys`, which is given back. Only the owner may look into that one.
@@ -59,9 +59,10 @@ pub(super) fn other_key(path: &Path) -> Failure {
     Failure::new("write", message)
 }
 
-/// A small mesh may have got fewer coefficients, and any mesh fewer fields,, and a limited displacement a smaller ε.
+/// A small mesh may have got fewer coefficients, and any mesh fewer fields, and a limited displacement a smaller ε.
 fn was_asked_for(options: &EmbedOptions, key: &Key) -> bool {
     let Parameters { preset, basis, epsilon } = options.parameters;
+    let robust = Preset::Robust.parameters();
     let made = key.parameters;
     let may_be_fewer = options.fewer_if_small || basis.function == BasisFunction::Field;
     let coefficients = match may_be_fewer {
@@ -70,11 +71,20 @@ fn was_asked_for(options: &EmbedOptions, key: &Key) -> bool {
     };
     let strength =
         if options.max_displacement.is_some() { made.epsilon <= epsilon } else { made.epsilon == epsilon };
-    coefficients
-        && strength
-        && made.preset == preset
-        && made.basis.function == basis.function
-        && made.basis.amplitudes == basis.amplitudes
+    // What nothing of moves unseen was marked with the preset robust.
+    let made_do = options.fewer_if_small
+        && preset == Some(Preset::Faithful)
+        && made
+            == Parameters {
+                basis: BasisOptions { coefficients: made.basis.coefficients, ..robust.basis },
+                ..robust
+            };
+    made_do
+        || coefficients
+            && strength
+            && made.preset == preset
+            && made.basis.function == basis.function
+            && made.basis.amplitudes == basis.amplitudes
 }
 
 /// A copy's own secret: a new one, or one that follows from the given one, so that the key of one copy tells nothing about
