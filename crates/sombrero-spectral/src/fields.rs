@@ -83,6 +83,8 @@ pub struct Fields {
 
 /// Fields whose strength is below this share of the mean carry nothing worth the name.
 const WEAK: f64 = 0.02;
+/// More fields than a quarter of the vertices are nearly combinations of each other.
+const VERTICES_OF_A_FIELD: usize = 4;
 /// How often what turns normals where much is turned already is made dearer.
 const EVENINGS: usize = 4;
 /// Meshes with this many times the level's vertices are far finer.
@@ -126,14 +128,15 @@ impl Fields {
 
         let strengths = strengths(&level, &evidence, &found, options);
         let mean = strengths.iter().sum::<f64>() / strengths.len() as f64;
-        let least = strongest(&strengths, options.most).max(WEAK * mean);
+        let most = options.most.min(points.len() / VERTICES_OF_A_FIELD);
+        let least = strongest(&strengths, most).max(WEAK * mean);
         let strong = found.into_iter().zip(strengths).filter(|(_, p)| *p > least);
         let chosen: Vec<Shifts> = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
         progress.advance(1);
 
         let at = carry(progressive, points, &planes, &chosen);
         let turned = turned_by_all(&full, &at);
-        if turned <= 0.0 {
+        if !(turned > 0.0 && turned.is_finite()) {
             return Err(FieldsError::None);
         }
         let scale = (full.area / turned).sqrt() * within_reach(&full, &at, turned, options);
@@ -142,6 +145,10 @@ impl Fields {
             here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));
         }
         progress.advance(1);
+        // Coordinates close to the limits of numbers have fields beyond them.
+        if !columns.iter().flatten().all(|(_, d)| d.iter().all(|x| x.is_finite())) {
+            return Err(FieldsError::None);
+        }
         Ok(Self { columns, planes: planes.count() })
     }
 
@@ -177,8 +184,9 @@ impl PlanarRegions {
     pub fn find(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
         let surface = Surface::new(points.to_vec(), triangles.to_vec());
         let planes = Planes::find(&surface);
-        let share = if surface.area > 0.0 { planes.area(&surface) / surface.area } else { 0.0 };
-        Self { count: planes.count(), share }
+        let share = planes.area(&surface) / surface.area;
+        // Coordinates beyond all numbers have no area that could be shared.
+        Self { count: planes.count(), share: if share.is_finite() { share } else { 0.0 } }
     }
 }
 
