@@ -23,6 +23,8 @@ pub struct PlanarRegions {
     pub normals: Vec<Vector3<f64>>,
     /// The region of each face.
     pub of_face: Vec<Option<u32>>,
+    /// The share of the area that is planar.
+    pub share: f64,
 }
 
 impl PlanarRegions {
@@ -56,13 +58,16 @@ impl PlanarRegions {
         let bounds = heights(points, triangles, &labels, &normal);
         let mut region = vec![None; count];
         let mut normals = Vec::new();
-        for r in (0..count).filter(|&r| large(r)) {
+        // Coordinates beyond all numbers have no planes.
+        for r in (0..count).filter(|&r| total.is_finite() && large(r)) {
             if normal[r] != Vector3::zeros() && bounds[r][1] - bounds[r][0] < 2.0 * DEVIATION * side {
                 region[r] = Some(normals.len() as u32);
                 normals.push(normal[r]);
             }
         }
-        Self { normals, of_face: labels.iter().map(|&l| region[l as usize]).collect() }
+        let area = (0..count).filter(|&r| region[r].is_some()).map(|r| area[r]).sum::<f64>();
+        let share = if normals.is_empty() { 0.0 } else { area / total };
+        Self { normals, share, of_face: labels.iter().map(|&l| region[l as usize]).collect() }
     }
 }
 

@@ -167,29 +167,6 @@ fn strongest(strengths: &[f64], most: usize) -> f64 {
     sorted.get(most).copied().unwrap_or(0.0)
 }
 
-/// The planar regions of a surface: those that fields keep planar.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PlanarRegions {
-    /// How many there are.
-    pub count: usize,
-    /// What share of the area they have.
-    pub share: f64,
-}
-
-impl PlanarRegions {
-    /// Those of a surface. Triangles name points that are there.
-    ///
-    /// # Panics
-    /// When a triangle names a point that is not there.
-    pub fn find(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
-        let surface = Surface::new(points.to_vec(), triangles.to_vec());
-        let planes = Planes::find(&surface);
-        let share = planes.area(&surface) / surface.area;
-        // Coordinates beyond all numbers have no area that could be shared.
-        Self { count: planes.count(), share: if share.is_finite() { share } else { 0.0 } }
-    }
-}
-
 /// a_i² of each candidate.
 fn strengths(level: &Surface, evidence: &Evidence, found: &[Shifts], options: &FieldsOptions) -> Vec<f64> {
     let s = amplitudes::gram(found, evidence, level.points.len());

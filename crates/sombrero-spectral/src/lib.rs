@@ -18,4 +18,4 @@ mod tests;
 mod turning;
 mod visibility;
 
-pub use fields::{Field, Fields, FieldsError, FieldsOptions, PlanarRegions};
+pub use fields::{Field, Fields, FieldsError, FieldsOptions};

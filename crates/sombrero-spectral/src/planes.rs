@@ -153,12 +153,6 @@ impl Planes {
         self.normals.len()
     }
 
-    /// The area of all regions.
-    pub(crate) fn area(&self, surface: &Surface) -> f64 {
-        let planar = surface.areas.iter().zip(&self.of_face).filter(|(_, region)| region.is_some());
-        planar.map(|(area, _)| area).sum()
-    }
-
     /// The regions that a vertex lies in.
     pub(crate) fn regions(&self, vertex: u32) -> &[u32] {
         self.at[vertex as usize].map_or(&[], |j| &self.junctions[j as usize].regions)

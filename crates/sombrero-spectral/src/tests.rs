@@ -73,3 +73,38 @@ fn the_same_bits_for_any_number_of_threads() {
     };
     assert_eq!(bits(&run(1)), bits(&run(3)));
 }
+
+#[test]
+fn few_are_the_strongest_and_asking_for_as_many_as_there_are_changes_nothing() {
+    let soup = shapes::bust(14);
+    let options = FieldsOptions { vertices: 500, ..few() };
+    let all = fields(&soup, &options).0.columns;
+    let as_many = fields(&soup, &FieldsOptions { most: all.len(), ..options }).0.columns;
+    assert_eq!(all, as_many);
+    let half = fields(&soup, &FieldsOptions { most: all.len() / 2, ..options }).0.columns;
+    assert_eq!(half.len(), all.len() / 2);
+    let again = fields(&soup, &FieldsOptions { most: half.len(), ..options }).0.columns;
+    assert_eq!(half, again);
+}
+
+/// Flats of few triangles, planes that hold each other, sizes at the limits of numbers.
+#[test]
+fn any_shape_has_fields_or_none() {
+    let part = shapes::part(1);
+    let flattened = part.points.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect();
+    let flat = Soup::new(flattened, part.triangles.clone());
+    let small = [shapes::cube(), shapes::tetrahedron(), shapes::open_sheet(5, 4), shapes::bumpy_sphere(60)];
+    for soup in small.into_iter().chain([flat, part]) {
+        for scale in [1.0, 1e-150, 1e110, 1e300] {
+            let points = soup.points.iter().map(|p| p * scale).collect();
+            let made = repair(&Soup::new(points, soup.triangles.clone()));
+            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+            if let Ok(fields) = Fields::new(&mut progressive, &made.points, &FieldsOptions::default()) {
+                let entries = fields.columns.iter().flatten();
+                assert!(entries.clone().count() > 0, "{scale}");
+                assert!(entries.clone().all(|(_, d)| d.iter().all(|x| x.is_finite())), "{scale}");
+                assert!(4 * fields.columns.len() <= made.points.len());
+            }
+        }
+    }
+}

@@ -4,10 +4,9 @@ use serde::Serialize;
 use sombrero_basis::{Basis, BasisOptions};
 use sombrero_io::Document;
 use sombrero_mesh::repair::{Repaired, Report};
-use sombrero_mesh::{geometry, topology};
+use sombrero_mesh::{PlanarRegions, geometry, topology};
 use sombrero_progressive::ProgressiveMesh;
 use sombrero_search::Model;
-use sombrero_spectral::PlanarRegions;
 use sombrero_watermark::{COEFFICIENTS, Preset};
 
 /// Counts, topology, size and attributes of a file.
@@ -107,7 +106,7 @@ pub fn info(document: &Document) -> Info {
     if volume.is_some_and(|v| v < 0.0) {
         warnings.push("The faces look inwards. This does not matter to a mark.".to_owned());
     }
-    let planar = PlanarRegions::find(points, &mesh.triangles());
+    let planar = PlanarRegions::find(points, &mesh.triangles(), model.largest_side());
     let corners = |b: sombrero_mesh::BoundingBox| Corners { min: b.min.into(), max: b.max.into() };
     Info {
         format: document.format().to_string(),
@@ -130,7 +129,7 @@ pub fn info(document: &Document) -> Info {
         attributes: document.attributes().to_vec(),
         markable: capacity >= *COEFFICIENTS.start() && document.fixed().is_none(),
         capacity,
-        planar_regions: planar.count,
+        planar_regions: planar.normals.len(),
         planar_share: planar.share,
         warnings,
     }
