@@ -33,13 +33,13 @@ impl Key {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Derivation, Identity, Key, OriginalDigest, Parameters, Secret, hash_tree};
+    use crate::{Derivation, Identity, Key, OriginalDigest, Preset, Secret, hash_tree};
 
     fn key(owner: &str) -> Key {
         let identity = Identity { owner: owner.into(), recipient: "№ 7".into() };
         let file = OriginalDigest::of_file(b"file");
         let stub = Derivation::stub_for_experiments();
-        let key = Key::new(&file, identity, Secret([9; 32]), Parameters::default(), &[1; 32], stub);
+        let key = Key::new(&file, identity, Secret([9; 32]), Preset::Robust.parameters(), &[1; 32], stub);
         Key { derivation: Derivation::STANDARD, ..key }
     }
 
