@@ -18,6 +18,12 @@ pub(crate) fn check_finite(points: &[Point3<f64>]) -> Result<(), WriteError> {
     }
 }
 
+/// The distance between 32-bit floats that are as large as `x`.
+pub(crate) fn step_of_single(x: f64) -> f64 {
+    let x = (x as f32).abs().min(f32::MAX / 2.0);
+    f64::from(f32::from_bits(x.to_bits() + 1) - x)
+}
+
 /// Whether all three coordinates are finite.
 pub(crate) fn is_finite(point: &Point3<f64>) -> bool {
     point.iter().all(|c| c.is_finite())
@@ -26,6 +32,14 @@ pub(crate) fn is_finite(point: &Point3<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn steps_double_with_every_power_of_two() {
+        assert_eq!(step_of_single(1.0), f64::from(f32::EPSILON));
+        assert_eq!(step_of_single(-5.0), 4.0 * f64::from(f32::EPSILON));
+        assert!(step_of_single(f64::NAN).is_nan() || step_of_single(f64::NAN) > 0.0);
+        assert!(step_of_single(1e300).is_finite());
+    }
 
     #[test]
     fn what_rounds_to_the_largest_float_fits() {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use nalgebra::Point3;
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Scene, Soup};
 
 use crate::coordinate::check_finite;
 use crate::error::{ParseError, ReadError, WriteError};
@@ -183,6 +183,12 @@ impl Document {
     /// Points and triangles together.
     pub fn soup(&self) -> &Soup {
         &self.parsed.soup
+    }
+
+    /// Where else the scene shows vertices, and how finely the file stores them. Of instances without end, as many
+    /// places are listed as the largest meshes have vertices.
+    pub fn scene(&self) -> Scene {
+        Scene { places: self.parsed.places.clone(), steps: self.parsed.layout.steps(&self.parsed.soup) }
     }
 
     /// Names of what the file holds beside positions and faces, such as `normals`, `texture coordinates`,

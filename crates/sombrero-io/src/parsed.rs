@@ -4,7 +4,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Place, Soup};
 
 use crate::attributes::Attributes;
 use crate::error::WriteError;
@@ -19,6 +19,8 @@ pub(crate) struct Parsed {
     pub(crate) layout: Arc<dyn Layout>,
     /// Triangles that further instances of a mesh add to those of `soup`.
     pub(crate) repeated_triangles: u64,
+    /// Further places of vertices, as many as are worth following.
+    pub(crate) places: Vec<Place>,
     /// What is unusual, in sentences.
     pub(crate) notes: Vec<String>,
     /// Why positions cannot move, if they cannot.
@@ -41,6 +43,7 @@ impl Parsed {
             attributes: attributes.into_names(),
             layout: Arc::new(layout),
             repeated_triangles: 0,
+            places: Vec::new(),
             notes: Vec::new(),
             fixed: None,
             companions: Vec::new(),
@@ -57,6 +60,11 @@ pub(crate) trait Layout: Debug + Send + Sync {
         points: &[Point3<f64>],
         how: &Rewrite,
     ) -> Result<Rewritten, WriteError>;
+
+    /// The distance between neighbouring numbers where each vertex stands, in model units; empty where it is small.
+    fn steps(&self, _soup: &Soup) -> Vec<f32> {
+        Vec::new()
+    }
 
     /// The file with its stored normals turned as the faces turn that go to `points`; positions stay.
     ///

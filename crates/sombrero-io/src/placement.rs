@@ -4,7 +4,13 @@
 //! world = A stored + t,   stored = A⁻¹ (world - t)
 //! ```
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Matrix4, Point3, Vector3};
+use sombrero_mesh::Place;
+
+/// Vertices at all their places: as many are followed, so that no file can show more than anybody could hold.
+pub(crate) const MOST_SHOWN: usize = 1 << 23;
 
 /// An affine map that can be undone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +54,17 @@ impl Placement {
     /// What to store for a point that the scene is to show at `world`.
     pub(crate) fn stored(&self, world: &Point3<f64>) -> Point3<f64> {
         if self.identity { *world } else { Point3::from(self.inverse * (world.coords - self.shift)) }
+    }
+
+    /// What takes a point from where `first` shows it to where this shows it.
+    pub(crate) fn after(&self, first: &Self, vertices: Range<u32>) -> Place {
+        let linear = self.linear * first.inverse;
+        Place { vertices, linear, shift: self.shift - linear * first.shift }
+    }
+
+    /// The factor by which it makes distances larger, at most.
+    pub(crate) fn scale(&self) -> f64 {
+        self.linear.norm()
     }
 
     /// A: what becomes of directions.

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod coupled;
 mod error;
 mod examiner;
 mod limits;

@@ -1,37 +1,61 @@
 //! A mesh file as the method sees it: one point a position, and a manifold mesh over the points.
 
 use nalgebra::Point3;
+use crate::coupled::coupled;
 use sombrero_basis::{Basis, BasisError, BasisOptions};
+use sombrero_coupling::{Assembly, Coupling, Shown, join, reach};
 use sombrero_mesh::repair::Repaired;
-use sombrero_mesh::{BoundingBox, Soup, Weld, repair};
+use sombrero_mesh::{BoundingBox, Place, Scene, Soup, Weld, repair};
 use sombrero_progressive::ProgressiveMesh;
 use std::sync::OnceLock;
 
 /// Stored vertices, joined to points, made a manifold mesh.
 ///
 /// Three kinds of vertices appear, and this type is where they meet: *stored* vertices are those of the
-/// file; *points* are stored vertices of equal position, joined; *mesh* vertices are points, some of them
+/// file; *points* are stored vertices of equal position but for rounding, joined; *mesh* vertices are points, some of them
 /// copied so that the surface is a manifold, those without a face left out. Watermarks move points, so
-/// whatever was joined in the file stays joined.
+/// whatever was joined in the file stays joined; points that meet elsewhere move as the [`Coupling`] says.
 #[derive(Debug, Clone)]
 pub struct Model {
     /// The point of each stored vertex.
     point_of: Vec<u32>,
+    /// Stored vertices that stand beside their point, by rounding, and where.
+    beside: Vec<(u32, Point3<f64>)>,
     soup: Soup,
+    /// How far each point reaches for others that it meets.
+    reach: Vec<f64>,
+    /// Where the scene shows points besides.
+    places: Vec<Shown>,
     /// Made when first asked for: suspects need none.
     repaired: OnceLock<Repaired>,
     bounds: OnceLock<Option<BoundingBox>>,
 }
 
 impl Model {
-    /// Joins; never fails. A soup without a usable face gives a model without faces.
+    /// The model of a bare mesh. Never fails; a soup without a usable face gives a model without faces.
     pub fn new(stored: &Soup) -> Self {
-        let weld = Weld::new(&stored.points);
+        Self::of_scene(stored, &Scene::default())
+    }
+
+    /// The model of a mesh whose vertices a scene shows at further places, or that are stored on a coarse grid. Places
+    /// of vertices that are not there count for nothing.
+    pub fn of_scene(stored: &Soup, scene: &Scene) -> Self {
+        let mut weld = Weld::new(&stored.points);
         let in_range = |corners: &&[u32; 3]| corners.iter().all(|&v| (v as usize) < stored.points.len());
         let kept: Vec<[u32; 3]> = stored.triangles.iter().filter(in_range).copied().collect();
-        let triangles = weld.triangles(&kept);
-        let soup = Soup::new(weld.points, triangles);
-        Self { point_of: weld.point_of, soup, repaired: OnceLock::new(), bounds: OnceLock::new() }
+        let mut triangles = weld.triangles(&kept);
+        let steps = coarsest(&weld, &scene.steps);
+        let mut reach_of = reach(&weld.points, &triangles, &steps);
+        if let Some(leaders) = join(&weld.points, &triangles, &reach_of) {
+            weld = rejoined(&weld, &leaders);
+            triangles = weld.triangles(&kept);
+            reach_of = reach(&weld.points, &triangles, &coarsest(&weld, &scene.steps));
+        }
+        let beside = beside(&weld, &stored.points);
+        let places = scene.places.iter().map(|place| shown(place, &weld)).collect();
+        let Weld { points, point_of } = weld;
+        let soup = Soup::new(points, triangles);
+        Self { point_of, beside, soup, reach: reach_of, places, repaired: OnceLock::new(), bounds: OnceLock::new() }
     }
 
     /// Points and triangles over points.
@@ -97,15 +121,27 @@ impl Model {
         options: &BasisOptions,
     ) -> Result<Basis, BasisError> {
         let Repaired { points, source, .. } = self.repaired();
-        Ok(Basis::new(progressive, points, options)?.on_points(source, self.soup.points.len()))
+        let basis = Basis::new(progressive, points, options)?.on_points(source, self.soup.points.len());
+        Ok(coupled(basis, &self.coupling()))
     }
 
-    /// Positions of stored vertices from positions of points.
+    /// What keeps points together that meet at any of their places, or lie on something.
+    pub fn coupling(&self) -> Coupling {
+        let Self { soup: Soup { points, triangles }, reach, places, .. } = self;
+        Coupling::new(&Assembly { points, triangles, reach, places })
+    }
+
+    /// Positions of stored vertices from positions of points. A vertex beside its point stays beside it.
     ///
     /// # Panics
     /// When `points` is shorter than the model's points.
     pub fn stored_from_points(&self, points: &[Point3<f64>]) -> Vec<Point3<f64>> {
-        self.point_of.iter().map(|&p| points[p as usize]).collect()
+        let mut stored: Vec<Point3<f64>> = self.point_of.iter().map(|&p| points[p as usize]).collect();
+        for (vertex, position) in &self.beside {
+            let point = self.point_of[*vertex as usize] as usize;
+            stored[*vertex as usize] = position + (points[point] - self.soup.points[point]);
+        }
+        stored
     }
 
     /// Positions of points from those of stored vertices of a file with the same connectivity: the mean of
@@ -120,6 +156,56 @@ impl Model {
             *sum += position.coords;
             *count += 1.0;
         }
+        for (vertex, position) in &self.beside {
+            let point = self.point_of[*vertex as usize] as usize;
+            sums[point].0 -= position - self.soup.points[point];
+        }
         sums.into_iter().map(|(sum, count)| Point3::from(sum / count)).collect()
     }
+}
+
+/// The coarsest step of each point's stored vertices.
+fn coarsest(weld: &Weld, steps: &[f32]) -> Vec<f32> {
+    let mut coarsest = vec![0.0_f32; if steps.is_empty() { 0 } else { weld.points.len() }];
+    for (&point, step) in weld.point_of.iter().zip(steps) {
+        coarsest[point as usize] = coarsest[point as usize].max(*step);
+    }
+    coarsest
+}
+
+/// The weld whose points are joined once more: for each the first of those that it is one with.
+fn rejoined(weld: &Weld, leaders: &[u32]) -> Weld {
+    let mut number = vec![0; leaders.len()];
+    let mut points = Vec::new();
+    for (point, &leader) in leaders.iter().enumerate() {
+        if leader as usize == point {
+            number[point] = points.len() as u32;
+            points.push(weld.points[point]);
+        } else {
+            // The first of a group comes before all others of it.
+            number[point] = number[leader as usize];
+        }
+    }
+    let point_of = weld.point_of.iter().map(|&point| number[point as usize]).collect();
+    Weld { points, point_of }
+}
+
+/// The stored vertices that do not stand where their point does.
+fn beside(weld: &Weld, stored: &[Point3<f64>]) -> Vec<(u32, Point3<f64>)> {
+    let beside = |(vertex, position): (u32, &Point3<f64>)| {
+        let point = weld.points[weld.point_of[vertex as usize] as usize];
+        // One that is not a number is alone.
+        (point != *position && position.iter().all(|x| !x.is_nan())).then_some((vertex, *position))
+    };
+    (0..).zip(stored).filter_map(beside).collect()
+}
+
+/// A place of stored vertices as one of points.
+fn shown(place: &Place, weld: &Weld) -> Shown {
+    let range = place.vertices.start as usize..place.vertices.end as usize;
+    let stored = weld.point_of.get(range).unwrap_or_default();
+    let mut points = stored.to_vec();
+    points.sort_unstable();
+    points.dedup();
+    Shown { points, linear: place.linear, shift: place.shift }
 }

@@ -8,7 +8,7 @@ use crate::suspect::Suspect;
 use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisOptions};
 use sombrero_extraction::{EstimateError, Extractor};
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Scene, Soup};
 use sombrero_registration::{Reference, RegistrationError};
 use std::sync::OnceLock;
 
@@ -34,21 +34,39 @@ impl Original {
     /// # Errors
     /// [`OriginalError`] when there is no face or the mesh cannot carry the basis.
     pub fn new(stored: &Soup, options: &BasisOptions, epsilon: f64) -> Result<Self, OriginalError> {
+        Self::of_scene(stored, &Scene::default(), options, epsilon)
+    }
+
+    /// [`Original::new`] with what a file tells of its vertices besides.
+    ///
+    /// # Errors
+    /// As [`Original::new`].
+    pub fn of_scene(
+        stored: &Soup,
+        scene: &Scene,
+        options: &BasisOptions,
+        epsilon: f64,
+    ) -> Result<Self, OriginalError> {
         // Timed for those who listen to the events; the caller times the whole.
         let mut seconds = Stages::default();
-        let model = model(stored, &mut seconds)?;
+        let model = model(stored, scene, &mut seconds)?;
         let mut progressive = seconds.time("conversion", || model.progressive());
         let basis = seconds.time("basis", || model.basis_of(&mut progressive, options))?;
         drop(progressive);
         Self::of_parts(stored, model, basis, epsilon)
     }
 
-    /// [`Original::new`] with a basis that was computed before, which is taken at its word.
+    /// [`Original::of_scene`] with a basis that was computed before, which is taken at its word.
     ///
     /// # Errors
     /// [`OriginalError`] when there is no face or the basis has another number of points.
-    pub fn with_basis(stored: &Soup, basis: Basis, epsilon: f64) -> Result<Self, OriginalError> {
-        let model = model(stored, &mut Stages::default())?;
+    pub fn with_basis(
+        stored: &Soup,
+        scene: &Scene,
+        basis: Basis,
+        epsilon: f64,
+    ) -> Result<Self, OriginalError> {
+        let model = model(stored, scene, &mut Stages::default())?;
         Self::of_parts(stored, model, basis, epsilon)
     }
 
@@ -136,8 +154,8 @@ impl Original {
     }
 }
 
-fn model(stored: &Soup, seconds: &mut Stages) -> Result<Model, OriginalError> {
-    let model = seconds.time("weld", || Model::new(stored));
+fn model(stored: &Soup, scene: &Scene, seconds: &mut Stages) -> Result<Model, OriginalError> {
+    let model = seconds.time("weld", || Model::of_scene(stored, scene));
     if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
         return Err(OriginalError::NoFaces);
     }

@@ -47,8 +47,8 @@ impl Best {
 }
 
 impl Tree {
-    /// Improves `best` by all triangles of the tree; `p` must be usable.
-    pub(crate) fn search(&self, p: &Point3<f64>, mut best: Best) -> Best {
+    /// Improves `best` by all triangles of the tree whose face is accepted; `p` must be usable.
+    pub(crate) fn search(&self, p: &Point3<f64>, mut best: Best, accept: impl Fn(u32) -> bool) -> Best {
         let mut stack = [(0.0, 0); STACK];
         let mut waiting = usize::from(!self.nodes.is_empty());
         while waiting > 0 {
@@ -61,7 +61,7 @@ impl Tree {
             let bounds = bounds(node, p);
             if node.leaf {
                 for (slot, bound) in (node.first..).zip(bounds) {
-                    if bound <= best.limit() {
+                    if bound <= best.limit() && accept(self.faces[slot as usize]) {
                         self.try_slot(p, slot, &mut best);
                     }
                 }

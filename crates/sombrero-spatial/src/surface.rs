@@ -129,11 +129,30 @@ impl Surface {
         &self.tree
     }
 
+    /// The closest point to `p` on a face that `accept` takes, when it is at most `max_distance` away.
+    ///
+    /// All faces that near may be asked for, so that this takes longer the more of them are refused.
+    pub fn closest_where(
+        &self,
+        p: &Point3<f64>,
+        max_distance: f64,
+        accept: impl Fn(u32) -> bool,
+    ) -> Option<Closest> {
+        if max_distance.is_nan() || max_distance < 0.0 {
+            return None;
+        }
+        self.improve_where(p, Best::within(max_distance * max_distance), accept)
+    }
+
     fn improve(&self, p: &Point3<f64>, best: Best) -> Option<Closest> {
+        self.improve_where(p, best, |_| true)
+    }
+
+    fn improve_where(&self, p: &Point3<f64>, best: Best, accept: impl Fn(u32) -> bool) -> Option<Closest> {
         if !usable(p) {
             return None;
         }
-        let best = self.tree.search(p, best);
+        let best = self.tree.search(p, best, accept);
         if best.face == NO_FACE {
             return None;
         }
@@ -216,6 +235,21 @@ mod tests {
             prop_assert_eq!(surface.closest_within(&p, f64::INFINITY), surface.closest(&p));
             prop_assert_eq!(surface.closest_within(&p, f64::NAN), None);
             prop_assert_eq!(surface.closest_within(&p, -1.0), None);
+        }
+
+        #[test]
+        fn faces_that_are_refused_might_as_well_be_absent(
+            (points, triangles) in mesh(), p in query(), keep in 0u32..8
+        ) {
+            let surface = Surface::new(&points, &triangles);
+            let accept = |face: u32| face & keep == keep;
+            let kept: Vec<[u32; 3]> = (0..).zip(&triangles)
+                .map(|(face, t)| if accept(face) { *t } else { [u32::MAX; 3] })
+                .collect();
+            let expected = Surface::new(&points, &kept).closest(&p);
+            prop_assert_eq!(surface.closest_where(&p, f64::INFINITY, accept), expected);
+            let expected = Surface::new(&points, &kept).closest_within(&p, 0.5);
+            prop_assert_eq!(surface.closest_where(&p, 0.5, accept), expected);
         }
 
         #[test]

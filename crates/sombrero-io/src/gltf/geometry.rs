@@ -4,6 +4,7 @@
 //! scene shows it first. Blocks must not share bytes with anything else, since moving the one would move the other.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::ops::Range;
 
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
@@ -16,6 +17,7 @@ use super::container::Container;
 use super::elements::{Component, Elements, Key};
 use super::error::{again_and_again, compressed, malformed, overlapping};
 use super::json::{Accessor, Primitive, Root, Shape, spans_of_three};
+use super::places::Places;
 use super::scene::{self, Shown};
 use super::shading::Shading;
 use super::write::Layout;
@@ -37,6 +39,11 @@ impl Primitive {
     fn is_surface(&self) -> bool {
         self.mode >= TRIANGLES && self.attributes.position.is_some()
     }
+
+    /// The positions of points or lines.
+    pub(super) fn loose(&self) -> Option<u32> {
+        self.attributes.position.filter(|_| self.mode < TRIANGLES)
+    }
 }
 
 /// Reads what the scene shows.
@@ -56,9 +63,12 @@ pub(super) fn read(
             reader.show(shown.mesh, placement)?;
         }
     }
+    let mut notes = left_alone(root, &shown);
+    if !reader.read_loose(&shown)? {
+        notes.push("Points and lines share bytes with other data, or are none, and stay where they are.".into());
+    }
     let normals_shared = reader.refuse_shared_bytes()?;
     let bounds = reader.bounds(text);
-    let mut notes = left_alone(root, &shown);
     if reader.blocks.iter().any(|block| block.elements.component != Component::F32) {
         notes.push("Positions are whole numbers (KHR_mesh_quantization): new ones are rounded.".into());
     }
@@ -66,11 +76,13 @@ pub(super) fn read(
         notes.push("Normals share bytes with other data and are never turned.".into());
         reader.shading = Shading::default();
     }
-    let Reader { soup, blocks, repeated, shading, .. } = reader;
+    let Reader { soup, blocks, repeated, shading, places, .. } = reader;
+    let places = places.into_list();
     let format = container.format;
     let layout = Layout { container, origins: buffers.origins, blocks, bounds, shading };
     Ok(Parsed {
         repeated_triangles: repeated,
+        places,
         notes,
         companions: buffers.companions,
         ..Parsed::new(format, soup, attributes(root), layout)
@@ -123,24 +135,25 @@ fn left_alone(root: &Root<'_>, shown: &[Shown]) -> Vec<String> {
     unseen.into_iter().chain(flat).collect()
 }
 
-struct Reader<'a> {
-    root: &'a Root<'a>,
-    accessors: Accessors<'a>,
+pub(super) struct Reader<'a> {
+    pub(super) root: &'a Root<'a>,
+    pub(super) accessors: Accessors<'a>,
     source: Source<'a>,
     /// All bytes there are: no more points than these, and hardly more corners.
-    bytes: u64,
+    pub(super) bytes: u64,
     corners_left: u64,
-    claims: Claims,
+    pub(super) claims: Claims,
     soup: Soup,
     blocks: Vec<Block>,
-    block_of: HashMap<u32, usize>,
-    block_of_key: HashMap<Key, usize>,
-    /// Triangles of a primitive that was read: by its block, its indices and its mode.
-    drawn: HashMap<(usize, Option<Key>, u32), u64>,
+    pub(super) block_of: HashMap<u32, usize>,
+    pub(super) block_of_key: HashMap<Key, usize>,
+    /// Triangles and vertices of a primitive that was read: by its block, its indices and its mode.
+    drawn: HashMap<(usize, Option<Key>, u32), (u64, Range<u32>)>,
     /// Triangles of a mesh that was read.
     totals: Vec<Option<u64>>,
     repeated: u64,
     shading: Shading,
+    places: Places,
 }
 
 impl<'a> Reader<'a> {
@@ -162,6 +175,7 @@ impl<'a> Reader<'a> {
             totals: vec![None; root.meshes.len()],
             repeated: 0,
             shading: Shading::default(),
+            places: Places::default(),
         }
     }
 
@@ -169,6 +183,7 @@ impl<'a> Reader<'a> {
     fn show(&mut self, mesh: usize, placement: &Placement) -> Result<(), ParseError> {
         if let Some(total) = self.totals.get(mesh).copied().flatten() {
             self.repeated = self.repeated.saturating_add(total);
+            self.places.again(mesh, placement);
             return Ok(());
         }
         let mut total: u64 = 0;
@@ -178,7 +193,7 @@ impl<'a> Reader<'a> {
                 return Err(malformed("mesh", mesh, "a primitive has a mode that glTF does not know"));
             }
             if let Some(position) = primitive.attributes.position.filter(|_| primitive.is_surface()) {
-                total = total.saturating_add(self.draw(primitive, position, placement)?);
+                total = total.saturating_add(self.draw(mesh, primitive, position, placement)?);
             }
         }
         if let Some(slot) = self.totals.get_mut(mesh) {
@@ -190,6 +205,7 @@ impl<'a> Reader<'a> {
     /// Reads a primitive; the number of its triangles.
     fn draw(
         &mut self,
+        mesh: usize,
         primitive: &Primitive,
         position: u32,
         placement: &Placement,
@@ -199,12 +215,16 @@ impl<'a> Reader<'a> {
             Some(accessor) => Some((accessor, self.index_elements(accessor)?)),
             None => None,
         };
+        let first = self.blocks.get(block).map_or(*placement, |b| b.placement);
         let key = (block, indices.as_ref().map(|(accessor, e)| e.key(*accessor)), primitive.mode);
-        if let Some(&triangles) = self.drawn.get(&key) {
-            self.repeated = self.repeated.saturating_add(triangles);
-            return Ok(triangles);
+        if let Some((triangles, vertices)) = self.drawn.get(&key) {
+            self.repeated = self.repeated.saturating_add(*triangles);
+            self.places.show(mesh, vertices.clone(), &first, placement);
+            return Ok(*triangles);
         }
         let corners = self.corners(block, indices.as_ref())?;
+        let vertices = spanned(&corners);
+        self.places.show(mesh, vertices.clone(), &first, placement);
         let before = self.soup.triangles.len();
         match primitive.mode {
             STRIP => polygon::strip(&corners, &mut self.soup.triangles),
@@ -213,7 +233,7 @@ impl<'a> Reader<'a> {
         }
         let triangles = before..self.soup.triangles.len();
         let count = triangles.len() as u64;
-        self.drawn.insert(key, count);
+        self.drawn.insert(key, (count, vertices));
         if let Some(normal) = primitive.attributes.normal {
             let tangent = primitive.attributes.tangent;
             self.shading.add(&self.accessors, block, triangles, normal, tangent)?;
@@ -222,7 +242,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The block of a `POSITION` accessor, read now if it is new.
-    fn block(&mut self, accessor: u32, placement: &Placement) -> Result<usize, ParseError> {
+    pub(super) fn block(&mut self, accessor: u32, placement: &Placement) -> Result<usize, ParseError> {
         if let Some(&block) = self.block_of.get(&accessor) {
             return Ok(block);
         }
@@ -276,7 +296,7 @@ impl<'a> Reader<'a> {
         Ok(self.blocks.len() - 1)
     }
 
-    fn stored(&self, elements: &Elements, element: usize) -> Point3<f64> {
+    pub(super) fn stored(&self, elements: &Elements, element: usize) -> Point3<f64> {
         let raw = elements
             .slot(element)
             .map_or([0.0; 3], |(store, offset)| elements.raw(self.accessors.bytes(store), offset));
@@ -364,7 +384,7 @@ impl<'a> Reader<'a> {
     }
 
     /// What an accessor is known by; `None` when it is unsound or of another buffer.
-    fn key_of(&self, index: u32) -> Option<Key> {
+    pub(super) fn key_of(&self, index: u32) -> Option<Key> {
         let accessor = self.root.accessors.get(index as usize)?;
         if accessor.sparse.as_ref().is_some_and(|sparse| sparse.count > 0) {
             return Some(Key::Own(index));
@@ -385,6 +405,12 @@ impl<'a> Reader<'a> {
         });
         found.filter(|bounds| bounds.min.is_some() || bounds.max.is_some()).collect()
     }
+}
+
+/// From the smallest to the largest number.
+fn spanned(corners: &[u32]) -> Range<u32> {
+    let (least, largest) = (corners.iter().min(), corners.iter().max());
+    least.zip(largest).map_or(0..0, |(least, largest)| *least..*largest + 1)
 }
 
 /// What the file holds beside positions and faces.

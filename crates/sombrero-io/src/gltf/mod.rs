@@ -6,7 +6,8 @@
 //!
 //! Kept byte for byte: everything but the positions, and what must follow them: the `min` and `max` of their
 //! accessors, the lengths and the padding of a GLB, the URI of a buffer that changed. The JSON is not written anew;
-//! only those spans of it are replaced. Meshes that the scene does not show, points and lines stay as they are.
+//! only those spans of it are replaced. Meshes that the scene does not show stay as they are. Points and lines that
+//! it shows are vertices without a face.
 //!
 //! Refused: glTF 1.0, Draco and meshopt compression, positions that share bytes with other data, buffers that are
 //! missing or outside the folder, and claims that the bytes do not bear out.
@@ -21,7 +22,9 @@ mod encode;
 mod error;
 mod geometry;
 mod json;
+mod loose;
 mod patches;
+mod places;
 mod scene;
 mod shading;
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::Point3;
+use sombrero_mesh::Soup;
 
 use super::block::{Block, Bounds};
 use super::buffers::{Origin, data_uri, encoded, quoted};
@@ -10,6 +11,7 @@ use super::container::Container;
 use super::elements::Elements;
 use super::patches::Patches;
 use super::shading::Shading;
+use crate::coordinate;
 use crate::error::WriteError;
 use crate::parsed::{self, Companion, Original, Rewrite, Rewritten};
 use crate::splice::Splice;
@@ -27,6 +29,14 @@ pub(super) struct Layout {
 }
 
 impl parsed::Layout for Layout {
+    fn steps(&self, soup: &Soup) -> Vec<f32> {
+        let of = |block: &Block| {
+            let points = soup.points.get(block.first..block.first + block.elements.count).unwrap_or_default();
+            points.iter().map(|p| block.step(p)).collect::<Vec<f32>>()
+        };
+        self.blocks.iter().flat_map(of).collect()
+    }
+
     fn rewrite(
         &self,
         original: &Original<'_>,
@@ -47,6 +57,19 @@ impl parsed::Layout for Layout {
         let too_long = WriteError::TooMany { format: self.container.format, count: soup.triangles.len() };
         let bytes = self.assemble(source, edits, &patches).ok_or(too_long)?;
         Ok(Rewritten { bytes, companions })
+    }
+}
+
+impl Block {
+    /// The distance between neighbouring numbers at one of its points, which stands at `world`, in model units.
+    fn step(&self, world: &Point3<f64>) -> f32 {
+        let largest = self.placement.stored(world).coords.amax();
+        let step = match self.elements.component.bounds() {
+            Some((_, most)) if self.elements.normalized => 1.0 / most,
+            Some(_) => 1.0,
+            None => coordinate::step_of_single(largest),
+        };
+        (step * self.placement.scale()) as f32
     }
 }
 

@@ -102,6 +102,10 @@ fn vectors(record: &[u8; RECORD]) -> [[f32; 3]; 4] {
 struct Layout;
 
 impl parsed::Layout for Layout {
+    fn steps(&self, soup: &Soup) -> Vec<f32> {
+        soup.points.iter().map(|p| coordinate::step_of_single(p.coords.amax()) as f32).collect()
+    }
+
     /// The file with new corners, and new normals where corners changed.
     fn rewrite(
         &self,

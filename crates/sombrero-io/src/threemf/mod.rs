@@ -103,13 +103,17 @@ fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
     let Findings { attributes, notes } = findings;
     let mut notes = notes.into_names();
     let (mut soup, mut layout) = (Soup::default(), Layout::default());
-    let (mut repeated, mut unusable) = (0_u64, 0);
+    let (mut repeated, mut unusable, mut places) = (0_u64, 0, Vec::new());
     let mut placed = scene.placed.into_iter().peekable();
     for (number, part) in parts.into_iter().enumerate() {
         let mut place = PartLayout { entry: part.entry, slots: Vec::new(), blocks: Vec::new() };
         while let Some(mesh) = placed.next_if(|mesh| mesh.part == number) {
+            let first = soup.points.len() as u32;
             match append(&mut soup, &mut place, &part, &mesh) {
                 Some(triangles) => {
+                    let vertices = first..soup.points.len() as u32;
+                    let shown = mesh.placement.iter().flat_map(|p| mesh.further.iter().map(|f| f.after(p, vertices.clone())));
+                    places.extend(shown);
                     let more = mesh.times.saturating_sub(1).saturating_mul(triangles as u64);
                     repeated = repeated.saturating_add(more);
                 }
@@ -122,7 +126,7 @@ fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
     notes.extend(objects(scene.hidden, "that the build does not show"));
     notes.extend(objects(scene.supports, "for support"));
     notes.extend(objects(unusable, "that the build flattens or puts out of all bounds"));
-    Parsed { repeated_triangles: repeated, notes, ..Parsed::new(Format::ThreeMf, soup, attributes, layout) }
+    Parsed { repeated_triangles: repeated, places, notes, ..Parsed::new(Format::ThreeMf, soup, attributes, layout) }
 }
 
 /// Appends a mesh where it is shown and returns how many triangles it has; `None` if it cannot be shown.

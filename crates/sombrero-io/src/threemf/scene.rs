@@ -3,10 +3,15 @@
 //! Components can share components, so there may be more paths than anyone can follow: every object is visited
 //! once, and paths are only counted.
 
+use std::collections::HashMap;
+
 use nalgebra::Matrix4;
 
 use super::model::{Link, Part};
-use crate::placement::Placement;
+use crate::placement::{MOST_SHOWN, Placement};
+
+/// So many components are followed to all places that they have.
+const MOST_STEPS: usize = 1 << 16;
 
 /// A component or an item that cannot be followed.
 #[derive(Debug)]
@@ -25,6 +30,8 @@ pub(super) struct Placed {
     pub(super) placement: Option<Placement>,
     /// How often the scene shows it.
     pub(super) times: u64,
+    /// Where it is shown beside that, by as many paths as were followed.
+    pub(super) further: Vec<Placement>,
 }
 
 /// The meshes that are shown and those that are not.
@@ -79,6 +86,7 @@ pub(super) fn read(parts: &[Part]) -> Result<Scene, Trouble> {
             walk.visit(item)?;
         }
         walk.count(items)?;
+        walk.follow_all(items)?;
     }
     Ok(walk.scene())
 }
@@ -144,7 +152,7 @@ impl Walk<'_> {
             return Ok(None);
         };
         if !found.points.is_empty() && !found.support {
-            self.placed.push(Placed { part, object, placement: Placement::new(&matrix), times: 1 });
+            self.placed.push(Placed { part, object, placement: Placement::new(&matrix), times: 1, further: Vec::new() });
         }
         Ok(Some(Frame { part, object, rest: found.components.clone(), matrix }))
     }
@@ -155,10 +163,43 @@ impl Walk<'_> {
             for (object, found) in part.objects.iter().enumerate() {
                 if !found.points.is_empty() && !found.support {
                     let placement = Some(Placement::identity());
-                    self.placed.push(Placed { part: number, object, placement, times: 1 });
+                    self.placed.push(Placed { part: number, object, placement, times: 1, further: Vec::new() });
                 }
             }
         }
+    }
+
+    /// Follows all paths, or as many as there are steps for, and notes where they lead.
+    fn follow_all(&mut self, items: &[Link]) -> Result<(), Trouble> {
+        if self.placed.iter().all(|placed| placed.times < 2) {
+            return Ok(());
+        }
+        let index: HashMap<(usize, usize), usize> =
+            self.placed.iter().enumerate().map(|(i, placed)| ((placed.part, placed.object), i)).collect();
+        let (mut steps, mut shown) = (0, 0_usize);
+        // The next is last. No object is a component of itself: that was found out.
+        let mut open: Vec<(usize, &Link, Matrix4<f64>)> =
+            items.iter().rev().map(|item| (0, item, Matrix4::identity())).collect();
+        while let Some((from, link, above)) = open.pop() {
+            steps += 1;
+            if steps > MOST_STEPS || shown > MOST_SHOWN {
+                break;
+            }
+            let (part, object) = self.resolve(from, link)?;
+            let matrix = link.transform.as_ref().map_or(above, |transform| above * matrix(transform));
+            let Some(part_found) = self.parts.get(part) else { continue };
+            let Some(found) = part_found.objects.get(object) else { continue };
+            if let Some(placed) = index.get(&(part, object)).and_then(|i| self.placed.get_mut(*i))
+                && let Some(placement) = Placement::new(&matrix)
+                && placed.placement.is_some_and(|first| first != placement)
+            {
+                shown = shown.saturating_add(found.points.len());
+                placed.further.push(placement);
+            }
+            let components = part_found.components.get(found.components.clone()).unwrap_or_default();
+            open.extend(components.iter().rev().map(|link| (part, link, matrix)));
+        }
+        Ok(())
     }
 
     /// Counts the paths to every mesh, from the items downwards.

@@ -59,10 +59,11 @@ impl Detector {
         trusting: bool,
     ) -> Result<Self, DetectError> {
         check(original, &key, trusting)?;
-        let (file, Parameters { basis, epsilon, .. }) = (original.soup(), &key.parameters);
+        let (file, scene) = (original.soup(), original.scene());
+        let Parameters { basis, epsilon, .. } = &key.parameters;
         let original = match stored {
-            Some(PreparedBasis(stored)) => Original::with_basis(file, stored, *epsilon)?,
-            None => Original::new(file, basis, *epsilon)?,
+            Some(PreparedBasis(stored)) => Original::with_basis(file, &scene, stored, *epsilon)?,
+            None => Original::of_scene(file, &scene, basis, *epsilon)?,
         };
         key.check_basis(original.basis_digest())?;
         Ok(Self { original: Arc::new(original), key, trusting })

@@ -57,7 +57,7 @@ impl<'a> Embedder<'a> {
         if !COEFFICIENTS.contains(&wanted.coefficients) {
             return Err(EmbedError::Coefficients { coefficients: wanted.coefficients });
         }
-        let model = seconds.time("weld", || Model::new(original.soup()));
+        let model = seconds.time("weld", || Model::of_scene(original.soup(), &original.scene()));
         if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
             return Err(EmbedError::NoFaces);
         }

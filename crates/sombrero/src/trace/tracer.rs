@@ -47,7 +47,7 @@ impl Tracer {
                 Some(place) => place,
                 None => {
                     let parameters @ Parameters { basis, epsilon, .. } = key.parameters;
-                    let original = Original::new(original.soup(), &basis, epsilon)?;
+                    let original = Original::of_scene(original.soup(), &original.scene(), &basis, epsilon)?;
                     groups.push(Group { parameters, original, keys: Vec::new() });
                     groups.len() - 1
                 }

@@ -1,0 +1,17 @@
+#![doc = include_str!("../README.md")]
+
+mod coupling;
+mod follow;
+mod join;
+mod meet;
+mod pairs;
+mod parts;
+mod sites;
+mod solve;
+#[cfg(test)]
+mod tests;
+
+pub use coupling::{Assembly, Coupling, Shown};
+pub use join::{join, reach};
+/// The crate whose points stand in the signatures here.
+pub use nalgebra;
