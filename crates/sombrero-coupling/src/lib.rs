@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod coupling;
+mod facing;
 mod follow;
 mod join;
 mod meet;
@@ -8,10 +9,13 @@ mod pairs;
 mod parts;
 mod sites;
 mod solve;
+mod spread;
 #[cfg(test)]
 mod tests;
 
 pub use coupling::{Assembly, Coupling, Shown};
+pub use facing::{Facing, facing};
 pub use join::{join, reach};
 /// The crate whose points stand in the signatures here.
 pub use nalgebra;
+pub use spread::{Link, spread};

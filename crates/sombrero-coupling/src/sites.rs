@@ -62,6 +62,11 @@ impl Sites {
         sites
     }
 
+    /// The linear part of a site's place.
+    pub(crate) fn linear(&self, site: u32) -> &Matrix3<f64> {
+        &self.linear[self.place[site as usize] as usize][0]
+    }
+
     /// What the displacement of the point at site `to` is when it is to be seen as that at site `from`:
     /// A⁻¹ B with A, B the linear parts of their places.
     pub(crate) fn carried(&self, from: u32, to: u32) -> Matrix3<f64> {

@@ -39,18 +39,22 @@ pub(crate) fn coupled(basis: Basis, coupling: &Coupling) -> Basis {
         .expect("each column has its rows once, in order, and sums of finite numbers")
 }
 
+/// Calls `take` with each row of column i of B at ε = 1, in order.
+pub(crate) fn each(basis: &Basis, i: usize, mut take: impl FnMut(usize, Vector3<f64>)) {
+    if let Some(vectors) = basis.vectors() {
+        let column = vectors.col(i);
+        column.row_indices().iter().zip(column.values()).for_each(|(row, d)| take(*row, *d));
+        return;
+    }
+    let (column, step) = (basis.values().col(i), basis.step(i));
+    column.row_indices().iter().zip(column.values()).for_each(|(row, phi)| take(*row, step * *phi));
+}
+
 /// Column i of B at ε = 1.
 fn vectors(basis: &Basis, i: usize) -> Column<Vector3<f64>> {
-    match basis.vectors() {
-        Some(vectors) => {
-            let column = vectors.col(i);
-            column.row_indices().iter().copied().zip(column.values().iter().copied()).collect()
-        }
-        None => {
-            let (column, step) = (basis.values().col(i), basis.step(i));
-            column.row_indices().iter().copied().zip(column.values().iter().map(|phi| step * *phi)).collect()
-        }
-    }
+    let mut column = Column::new();
+    each(basis, i, |row, d| column.push((row, d)));
+    column
 }
 
 /// The rows of W that are not those of the identity, by what they take.

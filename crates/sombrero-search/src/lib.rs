@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod clearance;
 mod coupled;
 mod error;
 mod examiner;

@@ -1,8 +1,9 @@
 //! A mesh file as the method sees it: one point a position, and a manifold mesh over the points.
 
 use nalgebra::Point3;
+use crate::clearance::{factors, scaled};
 use crate::coupled::coupled;
-use sombrero_basis::{Basis, BasisError, BasisOptions};
+use sombrero_basis::{Basis, BasisError, BasisFunction, BasisOptions};
 use sombrero_coupling::{Assembly, Coupling, Shown, join, reach};
 use sombrero_mesh::repair::Repaired;
 use sombrero_mesh::{BoundingBox, Place, Scene, Soup, Weld, repair};
@@ -125,10 +126,39 @@ impl Model {
         Ok(coupled(basis, &self.coupling()))
     }
 
+    /// [`basis_of`](Self::basis_of) as marks of strength ε use it: fields are scaled down where they would change walls
+    /// and gaps by more than a tenth. The paper's functions stay what they are.
+    ///
+    /// # Errors
+    /// As [`basis`](Self::basis).
+    ///
+    /// # Panics
+    /// As [`basis_of`](Self::basis_of).
+    pub fn basis_for(
+        &self,
+        progressive: &mut ProgressiveMesh,
+        options: &BasisOptions,
+        epsilon: f64,
+    ) -> Result<Basis, BasisError> {
+        let basis = self.basis_of(progressive, options)?;
+        Ok(self.kept_apart(&basis, options, epsilon).unwrap_or(basis))
+    }
+
+    /// What [`basis_for`](Self::basis_for) makes of a basis over points; `None` where it stays what it is.
+    pub fn kept_apart(&self, basis: &Basis, options: &BasisOptions, epsilon: f64) -> Option<Basis> {
+        let limited = options.function == BasisFunction::Field;
+        let factors = limited.then(|| factors(basis, &self.assembly(), self.largest_side(), epsilon))?;
+        factors.map(|factors| scaled(basis, &factors))
+    }
+
     /// What keeps points together that meet at any of their places, or lie on something.
     pub fn coupling(&self) -> Coupling {
+        Coupling::new(&self.assembly())
+    }
+
+    fn assembly(&self) -> Assembly<'_> {
         let Self { soup: Soup { points, triangles }, reach, places, .. } = self;
-        Coupling::new(&Assembly { points, triangles, reach, places })
+        Assembly { points, triangles, reach, places }
     }
 
     /// Positions of stored vertices from positions of points. A vertex beside its point stays beside it.

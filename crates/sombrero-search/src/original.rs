@@ -51,7 +51,7 @@ impl Original {
         let mut seconds = Stages::default();
         let model = model(stored, scene, &mut seconds)?;
         let mut progressive = seconds.time("conversion", || model.progressive());
-        let basis = seconds.time("basis", || model.basis_of(&mut progressive, options))?;
+        let basis = seconds.time("basis", || model.basis_for(&mut progressive, options, epsilon))?;
         drop(progressive);
         Self::of_parts(stored, model, basis, epsilon)
     }

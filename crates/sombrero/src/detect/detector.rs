@@ -84,7 +84,9 @@ impl Detector {
     /// [`DetectError::Key`] when the basis is not that of the original, [`DetectError::Basis`] when the original has
     /// none like it.
     pub fn confirm(&self) -> Result<(), DetectError> {
-        let basis = self.original.model().basis(&self.key.parameters.basis)?;
+        let Parameters { basis, epsilon, .. } = &self.key.parameters;
+        let model = self.original.model();
+        let basis = model.basis_for(&mut model.progressive(), basis, *epsilon)?;
         Ok(self.key.check_basis(&basis.digest())?)
     }
 

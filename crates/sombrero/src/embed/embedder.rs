@@ -24,6 +24,8 @@ pub struct Embedder<'a> {
     original: &'a Document,
     model: Model,
     basis: Basis,
+    /// What walls and gaps do not limit, where they do.
+    unlimited: Option<Basis>,
     basis_digest: [u8; 32],
     digest: OriginalDigest,
     /// With as many coefficients as the basis has.
@@ -66,6 +68,11 @@ impl<'a> Embedder<'a> {
             seconds.time("basis", || Choice::new(&model, &mut progressive, parameters, fewer_if_small))?;
         drop(progressive);
         let Choice { basis, parameters, expected, note } = choice;
+        let limited = seconds.time("basis", || model.kept_apart(&basis, &parameters.basis, parameters.epsilon));
+        let (basis, unlimited) = match limited {
+            Some(limited) => (limited, Some(basis)),
+            None => (basis, None),
+        };
         let self_test = seconds.time("test", || SelfTest::new(&model, &basis))?;
         let digest = seconds.time("insert", || OriginalDigest::of(original.parts()));
         Ok(Self {
@@ -73,6 +80,7 @@ impl<'a> Embedder<'a> {
             warnings: warnings(original, &model, note, [expected, basis.functions().len()]),
             model,
             basis_digest: basis.digest(),
+            unlimited,
             basis,
             digest,
             parameters,
@@ -100,16 +108,30 @@ impl<'a> Embedder<'a> {
         if !(most > 0.0 && most.is_finite()) {
             return Err(EmbedError::Displacement { most });
         }
-        let longest = longest_displacement(&self.basis);
+        // A smaller ε asks less of walls and gaps, so that the bound is that of what they do not limit.
+        let longest = longest_displacement(self.unlimited.as_ref().unwrap_or(&self.basis));
         if longest > 0.0 {
             let epsilon = self.parameters.epsilon.min(rounded_down(most / longest));
             if !EPSILONS.contains(&epsilon) {
                 return Err(EmbedError::TooLittle { most, epsilon });
             }
             self.parameters.epsilon = epsilon;
+            self.limit_again()?;
         }
         self.most = Some(most);
         Ok(self.parameters.epsilon)
+    }
+
+    /// The basis for the ε that there is now, where it depends on it.
+    fn limit_again(&mut self) -> Result<(), EmbedError> {
+        if let Some(unlimited) = &self.unlimited {
+            let Parameters { basis: options, epsilon, .. } = &self.parameters;
+            let limited = self.model.kept_apart(unlimited, options, *epsilon);
+            self.basis = limited.unwrap_or_else(|| unlimited.clone());
+            self.basis_digest = self.basis.digest();
+            self.self_test = SelfTest::new(&self.model, &self.basis)?;
+        }
+        Ok(())
     }
 
     /// The parameters that all copies are marked with.
