@@ -37,7 +37,8 @@ pub struct Facing {
 pub fn facing(assembly: &Assembly<'_>, farthest: &[f64]) -> Vec<Facing> {
     let edges = Edges::new(assembly.points.len(), assembly.triangles);
     let sites = Sites::new(assembly, &edges);
-    let normals: Vec<Vector3<f64>> = sites.triangles.iter().map(|corners| normal(&sites.at, corners)).collect();
+    let normals: Vec<Vector3<f64>> =
+        sites.triangles.iter().map(|corners| normal(&sites.at, corners)).collect();
     let search = Search {
         surface: Surface::new(&sites.at, &sites.triangles),
         around: around(&sites, &normals),
@@ -99,7 +100,9 @@ impl Search<'_> {
         let counts = |face: u32| {
             let back = self.normals[face as usize];
             let its = self.sites.triangles[face as usize];
-            back.norm_squared() > 0.0 && back.dot(&normal) <= BACK * back.norm() && !its.iter().any(|v| own.contains(v))
+            back.norm_squared() > 0.0
+                && back.dot(&normal) <= BACK * back.norm()
+                && !its.iter().any(|v| own.contains(v))
         };
         let seen = |direction: Vector3<f64>| {
             let ray = Ray { origin: *origin, direction };

@@ -48,7 +48,8 @@ impl Following {
             Some(known) if known.is(&follow) => {}
             Some(known) => {
                 let on = known.terms.iter().chain(&follow.terms);
-                self.held.extend(on.filter(|_| follow.own == 0.0 && known.own == 0.0).map(|(point, _)| *point));
+                self.held
+                    .extend(on.filter(|_| follow.own == 0.0 && known.own == 0.0).map(|(point, _)| *point));
                 self.held.push(point);
             }
         }
@@ -136,8 +137,7 @@ fn on_larger_parts(sites: &Sites, parts: &Parts, found: &mut Following) {
     for (site, (p, &point)) in (0..).zip(sites.at.iter().zip(&sites.point)) {
         let part = parts.of_point[point as usize];
         let accept = |face: u32| parts.of_triangle[sites.face[face as usize] as usize] < part;
-        let closest =
-            if smaller(point) { surface.closest_where(p, FAR * parts.side, accept) } else { None };
+        let closest = if smaller(point) { surface.closest_where(p, FAR * parts.side, accept) } else { None };
         if let Some(closest) = closest {
             let corners = sites.triangles[closest.face as usize];
             let weights = [0, 1, 2].map(|k| (corners[k], closest.barycentric[k]));
@@ -160,4 +160,3 @@ fn follow(sites: &Sites, site: u32, own: f64, weights: &[(u32, f64)]) -> Follow 
     };
     Follow { own, terms: terms.map(term).collect() }
 }
-

@@ -35,7 +35,9 @@ pub fn reach(points: &[Point3<f64>], triangles: &[[u32; 3]], steps: &[f32]) -> V
 /// The largest side of the box around all corners but the outermost fiftieth on each side, so that a stray triangle does
 /// not count.
 fn size(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
-    let corners = || triangles.iter().flatten().map(|&v| points[v as usize]).filter(|p| p.iter().all(|x| x.is_finite()));
+    let corners = || {
+        triangles.iter().flatten().map(|&v| points[v as usize]).filter(|p| p.iter().all(|x| x.is_finite()))
+    };
     let side = |axis: usize| {
         let mut all: Vec<f64> = corners().map(|p| p[axis]).collect();
         let Some(last) = all.len().checked_sub(1) else { return 0.0 };
@@ -170,7 +172,10 @@ impl<'a> Groups<'a> {
     }
 
     fn share_a_triangle(&self, a: u32, b: u32) -> bool {
-        let mut corners = self.members(a).flat_map(|v| &self.around[v as usize]).flat_map(|&face| self.triangles[face as usize]);
+        let mut corners = self
+            .members(a)
+            .flat_map(|v| &self.around[v as usize])
+            .flat_map(|&face| self.triangles[face as usize]);
         corners.any(|v| self.leader[v as usize] == b)
     }
 }

@@ -102,7 +102,8 @@ impl Asked {
     fn add(&mut self, row: RowVector3<f64>) {
         let whole = row.norm();
         // Twice, so that what is left is at right angles to rounding.
-        let rest = (0..2).fold(row.transpose(), |rest, _| self.0.iter().fold(rest, |rest, u| rest - u * u.dot(&rest)));
+        let rest = (0..2)
+            .fold(row.transpose(), |rest, _| self.0.iter().fold(rest, |rest, u| rest - u * u.dot(&rest)));
         if rest.norm() > ASKED * (1.0 + whole) {
             self.0.push(rest / rest.norm());
         }

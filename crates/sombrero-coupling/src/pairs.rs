@@ -41,9 +41,8 @@ pub(crate) fn close_pairs(points: &[Point3<f64>], reach: &[f64]) -> Vec<Pair> {
             }
         }
     }
-    pairs.sort_unstable_by(|a, b| {
-        a.squared_distance.total_cmp(&b.squared_distance).then(a.ends.cmp(&b.ends))
-    });
+    pairs
+        .sort_unstable_by(|a, b| a.squared_distance.total_cmp(&b.squared_distance).then(a.ends.cmp(&b.ends)));
     pairs.dedup();
     pairs
 }

@@ -47,7 +47,8 @@ pub fn spread(factors: &[f64], links: &[Link]) -> Vec<f64> {
     let mut least = factors.to_vec();
     // Numbers that are not negative are in the order of their bits.
     let key = |factor: f64, v: u32| Reverse((factor.max(0.0).to_bits(), v));
-    let mut heap: BinaryHeap<_> = (0..).zip(factors).filter(|(_, f)| **f < 1.0).map(|(v, f)| key(*f, v)).collect();
+    let mut heap: BinaryHeap<_> =
+        (0..).zip(factors).filter(|(_, f)| **f < 1.0).map(|(v, f)| key(*f, v)).collect();
     while let Some(Reverse((bits, v))) = heap.pop() {
         let factor = f64::from_bits(bits);
         if factor > least[v as usize] {

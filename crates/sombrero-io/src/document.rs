@@ -1,12 +1,14 @@
 //! A mesh file kept whole, whose vertex positions can be replaced.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::Path;
 
 use nalgebra::Point3;
 use sombrero_mesh::{Scene, Soup};
 
 use crate::coordinate::check_finite;
+use crate::decimals::{self, Decimals, Survey};
 use crate::error::{ParseError, ReadError, WriteError};
 use crate::family::Family;
 use crate::format::Format;
@@ -231,7 +233,41 @@ impl Document {
         {
             return turned.rewrite(points, &Rewrite { renew_normals: false, ..how.clone() });
         }
-        layout.rewrite(&original, points, how)
+        let written = layout.rewrite(&original, points, how)?;
+        if how.decimals == Decimals::Exact || written.bytes == self.bytes {
+            return Ok(written);
+        }
+        Ok(self.spelled_alike(&original, points, how.decimals, written))
+    }
+
+    /// A text file as it was `written`, with all coordinates spelled alike; any other as it is.
+    fn spelled_alike(
+        &self,
+        original: &Original<'_>,
+        points: &[Point3<f64>],
+        how: Decimals,
+        written: Rewritten,
+    ) -> Rewritten {
+        let Some(words) = self.parsed.layout.words(original) else { return written };
+        let rms = decimals::rms(original.soup.points.iter().zip(points));
+        let spelling = |spans: &[Range<usize>], how, rms| {
+            let mut survey = Survey::default();
+            spans.iter().for_each(|span| survey.add(self.bytes.get(span.clone()).unwrap_or_default()));
+            survey.spelling(how, rms)
+        };
+        let coordinates = spelling(&words.coordinates, how, rms);
+        // A direction is of length 1 and as exact as the file has it.
+        let directions = spelling(&words.directions, Decimals::Own, f64::INFINITY);
+        let Some(again) = self.read_again(written.bytes.clone()) else { return written };
+        let Parsed { layout, soup, companions, .. } = &again.parsed;
+        let Some(words) = layout.words(&Original { bytes: &again.bytes, soup, companions }) else {
+            return written;
+        };
+        let coordinates = words.coordinates.into_iter().map(|span| (span, coordinates));
+        let directions = words.directions.into_iter().map(|span| (span, directions));
+        let mut all: Vec<_> = coordinates.chain(directions).collect();
+        all.sort_by_key(|(span, _)| span.start);
+        Rewritten { bytes: decimals::respelled(&again.bytes, &all), ..written }
     }
 
     /// The document of the same file with other numbers in it: what was read once can be read again.

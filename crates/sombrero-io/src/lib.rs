@@ -2,6 +2,7 @@
 
 mod attributes;
 mod coordinate;
+mod decimals;
 mod document;
 mod error;
 mod family;
@@ -29,6 +30,7 @@ mod threemf;
 #[cfg(test)]
 mod testing;
 
+pub use decimals::Decimals;
 pub use document::Document;
 pub use error::{ParseError, Place, ReadError, WriteError};
 pub use format::Format;

@@ -9,6 +9,7 @@ use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
 use crate::attributes::Attributes;
+use crate::decimals::Words;
 use crate::error::{ParseError, Place, WriteError};
 use crate::family::{Evidence, Family, Variant};
 use crate::format::Format;
@@ -118,6 +119,11 @@ impl parsed::Layout for Layout {
     ) -> Result<Rewritten, WriteError> {
         let Original { bytes, soup, .. } = original;
         Ok(text::rewrite_points(bytes, &self.slots, Joining::Never, &soup.points, points).into())
+    }
+
+    fn words(&self, original: &Original<'_>) -> Option<Words> {
+        let coordinates = text::words_of_points(original.bytes, &self.slots, Joining::Never);
+        Some(Words { coordinates, ..Words::default() })
     }
 
     fn turn_normals(

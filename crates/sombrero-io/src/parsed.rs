@@ -7,6 +7,7 @@ use nalgebra::Point3;
 use sombrero_mesh::{Place, Soup};
 
 use crate::attributes::Attributes;
+use crate::decimals::{Decimals, Words};
 use crate::error::WriteError;
 use crate::format::Format;
 
@@ -66,6 +67,12 @@ pub(crate) trait Layout: Debug + Send + Sync {
         Vec::new()
     }
 
+    /// Where the numbers of a text file stand that positions decide; `None` for another file, and for one that is more
+    /// than one text.
+    fn words(&self, _original: &Original<'_>) -> Option<Words> {
+        None
+    }
+
     /// The file with its stored normals turned as the faces turn that go to `points`; positions stay.
     ///
     /// `None` where there are no normals, and for a format that turns them together with positions.
@@ -107,12 +114,19 @@ pub struct Rewrite {
     /// The name (without extension) that the file will have. Buffers that a glTF keeps in files beside itself
     /// then are such files again, named after this. Default: none, so all is in one file.
     pub stem: Option<String>,
+    /// How the coordinates of a text file are spelled. Default: exactly, and only those that changed.
+    pub decimals: Decimals,
 }
 
 impl Rewrite {
     /// These choices with normals and tangents turned, or not.
     pub fn with_renewed_normals(self, renew_normals: bool) -> Self {
         Self { renew_normals, ..self }
+    }
+
+    /// These choices with coordinates of text files spelled so.
+    pub fn with_decimals(self, decimals: Decimals) -> Self {
+        Self { decimals, ..self }
     }
 
     /// These choices for a file of this name, without extension.

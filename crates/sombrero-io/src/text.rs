@@ -303,6 +303,15 @@ pub(crate) fn rewrite_points(
     splice.finish()
 }
 
+/// The three words that follow each of `slots`.
+pub(crate) fn words_of_points(source: &[u8], slots: &[usize], joining: Joining) -> Vec<Range<usize>> {
+    let words = |&slot: &usize| {
+        let mut lines = Lines::new(source, slot, joining);
+        std::iter::from_fn(move || lines.word()).take(3)
+    };
+    slots.iter().flat_map(words).collect()
+}
+
 /// Whether two points are the same to the bit.
 pub(crate) fn same(a: &Point3<f64>, b: &Point3<f64>) -> bool {
     a.iter().zip(b.iter()).all(|(a, b)| a.to_bits() == b.to_bits())

@@ -32,12 +32,7 @@ const SLOPE: f64 = 0.03;
 const PIECES: usize = 4;
 
 /// The factor of each point for functions at ε; `None` when all of them are 1.
-pub(crate) fn factors(
-    basis: &Basis,
-    assembly: &Assembly<'_>,
-    side: f64,
-    epsilon: f64,
-) -> Option<Vec<f64>> {
+pub(crate) fn factors(basis: &Basis, assembly: &Assembly<'_>, side: f64, epsilon: f64) -> Option<Vec<f64>> {
     let deviations: Vec<f64> = basis.deviations().iter().map(|sigma| LARGEST * epsilon * sigma).collect();
     let longest = deviations.iter().copied().fold(0.0, f64::max);
     let farthest: Vec<f64> = deviations.iter().map(|d| (d + longest) / CHANGE).collect();
@@ -47,7 +42,7 @@ pub(crate) fn factors(
         let most: f64 = pair.terms.iter().map(|(v, map)| map.norm() * deviations[*v as usize]).sum();
         CHANGE * pair.distance < most
     });
-    let mut factor = vec![1.0; deviations.len()];
+    let mut factor = vec![1.0_f64; deviations.len()];
     for (pair, sigma) in pairs.iter().zip(apart(basis, &pairs)) {
         let change = LARGEST * epsilon * sigma;
         if CHANGE * pair.distance < change {
@@ -122,12 +117,15 @@ fn links(assembly: &Assembly<'_>, pairs: &[Facing], side: f64, unit: f64) -> Vec
     }
     let length = |[a, b]: [u32; 2]| (points[a as usize] - points[b as usize]).norm() / unit;
     let along = edges.ends.iter().zip(planar);
-    let along = along.map(|(ends, planar)| Link { ends: *ends, length: if planar { 0.0 } else { length(*ends) } });
+    let along =
+        along.map(|(ends, planar)| Link { ends: *ends, length: if planar { 0.0 } else { length(*ends) } });
     let across = pairs.iter().flat_map(|pair| {
         let first = pair.terms[0].0;
         pair.terms[1..].iter().map(move |(v, _)| Link { ends: [first, *v], length: pair.distance / unit })
     });
     let coupling = Coupling::new(assembly);
-    let coupled = coupling.rows().flat_map(|(v, row)| row.iter().map(move |(k, _)| Link { ends: [v, *k], length: 0.0 }));
+    let coupled = coupling
+        .rows()
+        .flat_map(|(v, row)| row.iter().map(move |(k, _)| Link { ends: [v, *k], length: 0.0 }));
     along.chain(across).chain(coupled).collect()
 }

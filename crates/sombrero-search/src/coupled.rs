@@ -26,12 +26,19 @@ pub(crate) fn coupled(basis: Basis, coupling: &Coupling) -> Basis {
         let lengths: Vec<usize> = columns.iter().map(Vec::len).collect();
         let entries = || columns.iter().flatten();
         let (indices, values) = (entries().map(|e| e.0).collect(), entries().map(|e| e.1).collect());
-        return Basis::from_parts(basis.vertex_count(), basis.functions().to_vec(), &lengths, indices, values)
-            .expect("each column has its rows once, in order, and means of finite numbers");
+        return Basis::from_parts(
+            basis.vertex_count(),
+            basis.functions().to_vec(),
+            &lengths,
+            indices,
+            values,
+        )
+        .expect("each column has its rows once, in order, and means of finite numbers");
     }
     let rows = Rows::new(basis.vertex_count(), coupling.rows());
-    let columns: Vec<Column<Vector3<f64>>> =
-        (0..basis.functions().len()).map(|i| rows.apply(vectors(&basis, i), |map: &Matrix3<f64>, d| map * d)).collect();
+    let columns: Vec<Column<Vector3<f64>>> = (0..basis.functions().len())
+        .map(|i| rows.apply(vectors(&basis, i), |map: &Matrix3<f64>, d| map * d))
+        .collect();
     let lengths: Vec<usize> = columns.iter().map(Vec::len).collect();
     let entries = || columns.iter().flatten();
     let (indices, values) = (entries().map(|e| e.0).collect(), entries().map(|e| e.1).collect());
@@ -69,7 +76,8 @@ impl<W: Copy> Rows<W> {
     where
         W: 'a,
     {
-        let mut made = Self { changed: vec![false; points], users: (0..points).map(|_| Vec::new()).collect() };
+        let mut made =
+            Self { changed: vec![false; points], users: (0..points).map(|_| Vec::new()).collect() };
         for (v, row) in rows {
             made.changed[v as usize] = true;
             row.iter().for_each(|(k, weight)| made.users[*k as usize].push((v, *weight)));

@@ -1,8 +1,8 @@
 //! A mesh file as the method sees it: one point a position, and a manifold mesh over the points.
 
-use nalgebra::Point3;
 use crate::clearance::{factors, scaled};
 use crate::coupled::coupled;
+use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisError, BasisFunction, BasisOptions};
 use sombrero_coupling::{Assembly, Coupling, Shown, join, reach};
 use sombrero_mesh::repair::Repaired;
@@ -56,7 +56,15 @@ impl Model {
         let places = scene.places.iter().map(|place| shown(place, &weld)).collect();
         let Weld { points, point_of } = weld;
         let soup = Soup::new(points, triangles);
-        Self { point_of, beside, soup, reach: reach_of, places, repaired: OnceLock::new(), bounds: OnceLock::new() }
+        Self {
+            point_of,
+            beside,
+            soup,
+            reach: reach_of,
+            places,
+            repaired: OnceLock::new(),
+            bounds: OnceLock::new(),
+        }
     }
 
     /// Points and triangles over points.

@@ -78,6 +78,9 @@ impl Component {
     }
 }
 
+/// How far beyond the range of its type a coordinate may go to be held at the end of it, in ranges.
+const HELD: f64 = 0.02;
+
 /// Elements at equal distances in one store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Run {
@@ -171,6 +174,12 @@ impl Elements {
             return coordinate::narrow(vertex, value).map(f64::from);
         };
         let raw = self.spelling(value);
-        if (least..=largest).contains(&raw) { Ok(raw) } else { Err(WriteError::OffGrid { vertex, value }) }
+        // What goes a little beyond the end of the range is held there: grids often end at the box.
+        let beyond = (least - raw).max(raw - largest);
+        if beyond <= HELD * (largest - least) {
+            Ok(raw.clamp(least, largest))
+        } else {
+            Err(WriteError::OffGrid { vertex, value })
+        }
     }
 }

@@ -65,7 +65,9 @@ pub(super) fn read(
     }
     let mut notes = left_alone(root, &shown);
     if !reader.read_loose(&shown)? {
-        notes.push("Points and lines share bytes with other data, or are none, and stay where they are.".into());
+        notes.push(
+            "Points and lines share bytes with other data, or are none, and stay where they are.".into(),
+        );
     }
     let normals_shared = reader.refuse_shared_bytes()?;
     let bounds = reader.bounds(text);

@@ -43,8 +43,7 @@ impl Reader<'_> {
                     continue;
                 }
                 let whole = elements.shape == Shape::Vec3 && elements.component != Component::U32;
-                let finite =
-                    |element| is_finite(&placement.world(&self.stored(&elements, element)));
+                let finite = |element| is_finite(&placement.world(&self.stored(&elements, element)));
                 if !whole || elements.has_gaps() || !(0..elements.count).all(finite) {
                     return None;
                 }
@@ -75,6 +74,9 @@ impl Reader<'_> {
         let others = accessors.filter(|&index| self.key_of(index).is_none_or(|key| !keys.contains(&key)));
         let stretches = others.flat_map(|index| self.accessors.stretches(index).unwrap_or_default());
         let images = self.root.images.iter().filter_map(|i| self.accessors.whole_view(i.buffer_view?));
-        stretches.map(|(_, stretch)| stretch).chain(images).all(|stretch| claims.meets(&stretch, &mut budget) == Some(false))
+        stretches
+            .map(|(_, stretch)| stretch)
+            .chain(images)
+            .all(|stretch| claims.meets(&stretch, &mut budget) == Some(false))
     }
 }

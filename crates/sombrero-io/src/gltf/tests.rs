@@ -459,7 +459,13 @@ fn quantised_positions_are_rounded_and_must_fit() {
         let top = if normalized { [127, 255, 0, 65535][component as usize - 5120] } else { largest as i64 };
         assert_eq!(json_of(&bytes)["accessors"][0]["max"], json!([top, 2, 9]));
         assert_eq!(read(bytes, "glb").points(), points);
-        points[1].x = largest * 1.01 + 0.6;
+        points[1].x = largest * 1.005;
+        assert_eq!(
+            read(document.with_points(&points).unwrap(), "glb").points()[1].x,
+            largest,
+            "held at the end"
+        );
+        points[1].x = largest * 1.1 + 0.6;
         assert!(matches!(document.with_points(&points), Err(WriteError::OffGrid { vertex: 1, .. })));
     }
 }

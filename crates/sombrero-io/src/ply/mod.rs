@@ -16,6 +16,7 @@ mod vertices;
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
+use crate::decimals::Words;
 use crate::error::{ParseError, WriteError};
 use crate::family::{Evidence, Family, Variant};
 use crate::format::Format;
@@ -81,6 +82,11 @@ impl parsed::Layout for Layout {
         _: &Rewrite,
     ) -> Result<Rewritten, WriteError> {
         Ok(self.rewrite_axes(AXES, original.bytes, &original.soup.points, points)?.into())
+    }
+
+    fn words(&self, original: &Original<'_>) -> Option<Words> {
+        let text = self.encoding == Encoding::Ascii;
+        text.then(|| vertices::words(Ascii::new(original.bytes, 0), &self.element, &self.rows))
     }
 
     fn turn_normals(

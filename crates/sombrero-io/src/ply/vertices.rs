@@ -6,6 +6,7 @@ use super::body::{self, Body};
 use super::element::{AXES, Axes, Element, Kind, NORMAL, Property};
 use super::scalar::Scalar;
 use crate::coordinate;
+use crate::decimals::Words;
 use crate::error::{ParseError, WriteError};
 use crate::splice::Splice;
 use crate::text;
@@ -139,6 +140,23 @@ pub(super) fn rewrite<'a, B: Body<'a>>(
         }
     }
     Ok(splice.finish())
+}
+
+/// Where the coordinates stand.
+pub(super) fn words<'a, B: Body<'a>>(mut body: B, element: &Element, rows: &Rows) -> Words {
+    let mut coordinates = Vec::with_capacity(3 * element.count);
+    for row in 0..element.count {
+        let Some(start) = rows.start(row) else { continue };
+        body.seek(start);
+        for property in &element.properties {
+            match axis(AXES, property) {
+                Some((_, scalar)) => coordinates.extend(body.pass(scalar)),
+                None if body::skip(&mut body, property.kind, element, row).is_err() => break,
+                None => {}
+            }
+        }
+    }
+    Words { coordinates, ..Words::default() }
 }
 
 fn rewrite_row<'a, B: Body<'a>>(

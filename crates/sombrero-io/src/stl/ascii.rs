@@ -10,6 +10,7 @@ use sombrero_mesh::Soup;
 
 use super::facet::{normal, triangles};
 use crate::attributes::Attributes;
+use crate::decimals;
 use crate::error::{ParseError, Place, WriteError};
 use crate::format::Format;
 use crate::input::Source;
@@ -155,6 +156,16 @@ impl<'a> Reader<'a> {
 }
 
 impl parsed::Layout for Layout {
+    fn words(&self, original: &Original<'_>) -> Option<decimals::Words> {
+        let mut words = decimals::Words::default();
+        for &slot in &self.slots {
+            let facet = Reader::new(original.bytes, slot).facet().ok()?;
+            words.coordinates.extend(facet.corners.into_iter().flatten());
+            words.directions.extend(facet.normal);
+        }
+        Some(words)
+    }
+
     /// The file with new corners, and new normals where corners changed.
     fn rewrite(
         &self,

@@ -112,7 +112,10 @@ fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
             match append(&mut soup, &mut place, &part, &mesh) {
                 Some(triangles) => {
                     let vertices = first..soup.points.len() as u32;
-                    let shown = mesh.placement.iter().flat_map(|p| mesh.further.iter().map(|f| f.after(p, vertices.clone())));
+                    let shown = mesh
+                        .placement
+                        .iter()
+                        .flat_map(|p| mesh.further.iter().map(|f| f.after(p, vertices.clone())));
                     places.extend(shown);
                     let more = mesh.times.saturating_sub(1).saturating_mul(triangles as u64);
                     repeated = repeated.saturating_add(more);
@@ -126,7 +129,12 @@ fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
     notes.extend(objects(scene.hidden, "that the build does not show"));
     notes.extend(objects(scene.supports, "for support"));
     notes.extend(objects(unusable, "that the build flattens or puts out of all bounds"));
-    Parsed { repeated_triangles: repeated, places, notes, ..Parsed::new(Format::ThreeMf, soup, attributes, layout) }
+    Parsed {
+        repeated_triangles: repeated,
+        places,
+        notes,
+        ..Parsed::new(Format::ThreeMf, soup, attributes, layout)
+    }
 }
 
 /// Appends a mesh where it is shown and returns how many triangles it has; `None` if it cannot be shown.

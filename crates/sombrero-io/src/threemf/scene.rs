@@ -152,7 +152,13 @@ impl Walk<'_> {
             return Ok(None);
         };
         if !found.points.is_empty() && !found.support {
-            self.placed.push(Placed { part, object, placement: Placement::new(&matrix), times: 1, further: Vec::new() });
+            self.placed.push(Placed {
+                part,
+                object,
+                placement: Placement::new(&matrix),
+                times: 1,
+                further: Vec::new(),
+            });
         }
         Ok(Some(Frame { part, object, rest: found.components.clone(), matrix }))
     }
@@ -163,7 +169,13 @@ impl Walk<'_> {
             for (object, found) in part.objects.iter().enumerate() {
                 if !found.points.is_empty() && !found.support {
                     let placement = Some(Placement::identity());
-                    self.placed.push(Placed { part: number, object, placement, times: 1, further: Vec::new() });
+                    self.placed.push(Placed {
+                        part: number,
+                        object,
+                        placement,
+                        times: 1,
+                        further: Vec::new(),
+                    });
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! Other positions in a file that was read, and new files.
 
+use std::ops::Range;
+
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
@@ -7,6 +9,7 @@ use super::archive::{Archive, Budget};
 use super::build::build;
 use super::xml;
 use crate::coordinate::is_finite;
+use crate::decimals::{Decimals, Spelling, Survey, respelled, rms};
 use crate::error::{ParseError, WriteError};
 use crate::format::Format;
 use crate::parsed::{self, Original, Rewrite, Rewritten};
@@ -39,10 +42,14 @@ impl parsed::Layout for Layout {
         &self,
         original: &Original<'_>,
         points: &[Point3<f64>],
-        _: &Rewrite,
+        how: &Rewrite,
     ) -> Result<Rewritten, WriteError> {
         let (source, all) = (original.bytes, &original.soup.points);
+        if all.iter().zip(points).all(|(old, new)| text::same(old, new)) {
+            return Ok(source.to_vec().into());
+        }
         let mut archive = None;
+        let alike = self.spelling(source, all, points, how.decimals)?;
         let (mut packed, mut start) = (Vec::new(), 0);
         for part in &self.parts {
             let range = start..start + part.slots.len();
@@ -50,7 +57,7 @@ impl parsed::Layout for Layout {
             let (Some(old), Some(new)) = (all.get(range.clone()), points.get(range.clone())) else {
                 continue;
             };
-            if old.iter().zip(new).all(|(old, new)| text::same(old, new)) {
+            if alike.is_none() && old.iter().zip(new).all(|(old, new)| text::same(old, new)) {
                 continue;
             }
             if archive.is_none() {
@@ -59,12 +66,45 @@ impl parsed::Layout for Layout {
             let Some(archive) = &archive else { continue };
             // It was within its limits when it was read first.
             let bytes = archive.unpack(part.entry, &mut Budget::new(u64::MAX)).map_err(unreadable)?;
-            packed.push(archive.pack(part.entry, &part.rewrite(&bytes, range.start, old, new)?));
+            let exact = part.rewrite(&bytes, range.start, old, new)?;
+            let text = alike.map_or_else(|| exact.clone(), |alike| part.respelled(&bytes, &exact, alike));
+            packed.push(archive.pack(part.entry, &text));
         }
         match archive {
             Some(archive) => Ok(archive.replace(packed)?.into()),
             None => Ok(source.to_vec().into()),
         }
+    }
+}
+
+impl Layout {
+    /// How all coordinates are to be spelled; `None` for exactly.
+    fn spelling(
+        &self,
+        source: &[u8],
+        old: &[Point3<f64>],
+        new: &[Point3<f64>],
+        how: Decimals,
+    ) -> Result<Option<Spelling>, WriteError> {
+        if how == Decimals::Exact {
+            return Ok(None);
+        }
+        let archive = Archive::open(source).map_err(unreadable)?;
+        let mut survey = Survey::default();
+        for part in &self.parts {
+            let bytes = archive.unpack(part.entry, &mut Budget::new(u64::MAX)).map_err(unreadable)?;
+            for span in part.slots.iter().flat_map(|&slot| coordinates(&bytes, slot)) {
+                survey.add(bytes.get(span).unwrap_or_default());
+            }
+        }
+        Ok(Some(survey.spelling(how, rms(self.stored(old).iter().zip(&self.stored(new))))))
+    }
+
+    /// Points as the file stores them.
+    fn stored(&self, points: &[Point3<f64>]) -> Vec<Point3<f64>> {
+        let blocks = self.parts.iter().flat_map(|part| &part.blocks);
+        let placements = blocks.flat_map(|(count, place)| std::iter::repeat_n(place, *count));
+        placements.zip(points).map(|(place, point)| place.stored(point)).collect()
     }
 }
 
@@ -97,6 +137,34 @@ impl PartLayout {
         }
         Ok(splice.finish())
     }
+}
+
+impl PartLayout {
+    /// The `exact` text of the part with all coordinates spelled alike. Tags are where they were in `before`, but for what
+    /// coordinates before them have become longer.
+    fn respelled(&self, before: &[u8], exact: &[u8], alike: Spelling) -> Vec<u8> {
+        let (mut words, mut longer) = (Vec::new(), 0_isize);
+        // Vertices of a part may be shown in another order than they are stored.
+        let mut slots = self.slots.clone();
+        slots.sort_unstable();
+        for slot in slots {
+            let Some(moved) = slot.checked_add_signed(longer) else { break };
+            let spans = coordinates(exact, moved);
+            let length = |spans: &[Range<usize>]| spans.iter().map(|span| span.len() as isize).sum::<isize>();
+            longer += length(&spans) - length(&coordinates(before, slot));
+            words.extend(spans.into_iter().map(|span| (span, alike)));
+        }
+        respelled(exact, &words)
+    }
+}
+
+/// Where the coordinates of the tag at `slot` stand, in order.
+fn coordinates(bytes: &[u8], slot: usize) -> Vec<Range<usize>> {
+    let Some((start, body)) = tag(bytes, slot) else { return Vec::new() };
+    let spans = xml::pick(body, ["x", "y", "z"]).unwrap_or_default();
+    let mut spans: Vec<_> = spans.into_iter().flatten().map(|s| start + s.start..start + s.end).collect();
+    spans.sort_by_key(|span| span.start);
+    spans
 }
 
 /// Puts the coordinates that changed into the tag at `slot`.

@@ -16,6 +16,7 @@ pub struct EmbedOptions {
     pub max_displacement: Option<f64>,
     /// The texts that tell whose mark it is and which copy.
     pub identity: Identity,
-    /// Whether stored normals turn with the surface, and the name that the copy will have.
+    /// Whether stored normals turn with the surface, the name that the copy will have, and how the coordinates of a text
+    /// file are spelled. With [`Decimals::Own`](sombrero_io::Decimals) no digit tells which vertices are marked.
     pub rewrite: Rewrite,
 }

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::files;
 use sombrero::EmbedOptions;
 use sombrero::basis::{BasisFunction, BasisOptions};
-use sombrero::io::Rewrite;
+use sombrero::io::{Decimals, Rewrite};
 use sombrero::watermark::{Identity, Parameters, Preset, Secret};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -58,6 +58,10 @@ pub(crate) struct Args {
     /// Turn stored normals and tangents as the surface turns. Default: they are data and stay.
     #[arg(long)]
     recompute_normals: bool,
+    /// Decimals of all coordinates of a text file, at most 20. Default: those that most of the original's have, or as many
+    /// more as keep rounding below a hundredth of the mark.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(..=20))]
+    decimals: Option<u8>,
     /// Replace outputs that exist.
     #[arg(long)]
     force: bool,
@@ -105,7 +109,9 @@ impl<'a> Plan<'a> {
             fewer_if_small: args.coefficients.is_none(),
             max_displacement: args.max_displacement,
             identity: Identity { owner: args.owner.clone(), recipient: args.recipient.clone() },
-            rewrite: Rewrite::default().with_renewed_normals(args.recompute_normals),
+            rewrite: Rewrite::default()
+                .with_renewed_normals(args.recompute_normals)
+                .with_decimals(args.decimals.map_or(Decimals::Own, Decimals::Number)),
         };
         let order = Order { options, secret_file: args.secret_file.as_deref(), force: args.force };
         Ok(Self { inputs: &args.inputs, target, order })
