@@ -8,7 +8,7 @@ use crate::sites::Sites;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_mesh::{Edges, geometry};
-use sombrero_spatial::{Ray, Surface};
+use sombrero_spatial::{Line, Surface};
 
 /// -cos 45°.
 const BACK: f64 = -std::f64::consts::FRAC_1_SQRT_2;
@@ -105,8 +105,9 @@ impl Search<'_> {
                 && !its.iter().any(|v| own.contains(v))
         };
         let seen = |direction: Vector3<f64>| {
-            let ray = Ray { origin: *origin, direction };
-            let hit = self.surface.first_hit(&ray, farthest, counts).filter(|hit| hit.distance > contact)?;
+            let ray = Line { origin: *origin, direction };
+            let hit =
+                self.surface.first_ahead(&ray, farthest, counts).filter(|hit| hit.distance > contact)?;
             Some(Facing {
                 distance: hit.distance,
                 direction: self.sites.linear(own[0]).transpose() * direction,

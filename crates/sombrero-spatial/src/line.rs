@@ -59,11 +59,25 @@ impl Surface {
         if !usable(&line.origin) || !usable(&Point3::from(line.direction)) {
             return None;
         }
-        nearest(self.tree(), line, reach, counts)
+        nearest(self.tree(), line, reach, |_| true, counts)
+    }
+
+    /// The same ahead of the origin alone, where distances are not negative.
+    pub fn first_ahead(&self, line: &Line, reach: f64, counts: impl Fn(u32) -> bool) -> Option<Crossing> {
+        if !usable(&line.origin) || !usable(&Point3::from(line.direction)) {
+            return None;
+        }
+        nearest(self.tree(), line, reach, |distance| distance >= 0.0, counts)
     }
 }
 
-fn nearest(tree: &Tree, line: &Line, mut reach: f64, counts: impl Fn(u32) -> bool) -> Option<Crossing> {
+fn nearest(
+    tree: &Tree,
+    line: &Line,
+    mut reach: f64,
+    side: impl Fn(f64) -> bool,
+    counts: impl Fn(u32) -> bool,
+) -> Option<Crossing> {
     let inverse = line.direction.map(|d| 1.0 / d);
     let mut best: Option<Crossing> = None;
     let mut stack = [0u32; STACK];
@@ -84,7 +98,7 @@ fn nearest(tree: &Tree, line: &Line, mut reach: f64, counts: impl Fn(u32) -> boo
             }
             let Some(distance) = meets(line, &tree.triangles[child as usize]) else { continue };
             let nearer = best.is_none_or(|b| (distance.abs(), face) < (b.distance.abs(), b.face));
-            if distance.abs() <= reach && nearer {
+            if distance.abs() <= reach && nearer && side(distance) {
                 best = Some(Crossing { distance, face });
                 reach = distance.abs();
             }

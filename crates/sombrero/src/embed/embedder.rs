@@ -68,7 +68,8 @@ impl<'a> Embedder<'a> {
             seconds.time("basis", || Choice::new(&model, &mut progressive, parameters, fewer_if_small))?;
         drop(progressive);
         let Choice { basis, parameters, expected, note } = choice;
-        let limited = seconds.time("basis", || model.kept_apart(&basis, &parameters.basis, parameters.epsilon));
+        let limited =
+            seconds.time("basis", || model.kept_apart(&basis, &parameters.basis, parameters.epsilon));
         let (basis, unlimited) = match limited {
             Some(limited) => (limited, Some(basis)),
             None => (basis, None),
