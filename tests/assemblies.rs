@@ -463,8 +463,8 @@ proptest! {
         match format {
             0 | 1 => {
                 if let Some(again) = again {
-                    let place = pose(again).to_homogeneous() * parts[1].places[0];
-                    parts[1].places.push(place);
+                    let again = pose(again).to_homogeneous() * parts[1].places[0];
+                    parts[1].places.push(again);
                 }
                 let file = if format == 0 { glb(&parts, &[]) } else { threemf(&parts) };
                 stays_together(&parts, file, 4e-6, 2e-6);

@@ -120,7 +120,7 @@ mod tests {
             6 => (-3i32..=3).prop_map(f64::from),
             6 => -1.0..1.0,
             3 => (-3i32..=3).prop_map(|x| f64::from(x) * 1e-7),
-            1 => prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(1e20)],
+            1 => prop_oneof![Just(f64::NAN), Just(f64::INFINITY)],
         ]
     }
 
