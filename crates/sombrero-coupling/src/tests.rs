@@ -39,7 +39,13 @@ fn moved_up(soup: &Soup, shift: Vector3<f64>) -> Soup {
 
 #[test]
 fn a_mesh_of_one_part_is_free() {
-    for soup in [shapes::sphere(3), shapes::open_sheet(9, 7), shapes::torus(12, 8, 1.0, 0.4), shapes::part(8), square()] {
+    for soup in [
+        shapes::sphere(3),
+        shapes::open_sheet(9, 7),
+        shapes::torus(12, 8, 1.0, 0.4),
+        shapes::part(8),
+        square(),
+    ] {
         assert!(coupling(&soup, &[]).is_free());
         assert_eq!(join(&soup.points, &soup.triangles, &reach(&soup.points, &soup.triangles, &[])), None);
     }
@@ -67,7 +73,8 @@ fn a_mirror_leaves_its_plane_and_a_turn_its_axis() {
 fn a_point_that_meets_itself_turned_in_two_ways_stands_still() {
     let soup = square();
     let turn = |axis| Rotation3::from_axis_angle(&axis, 1.0).into_inner();
-    let places = [Vector3::x_axis(), Vector3::z_axis()].map(|axis| shown(&soup, turn(axis), Vector3::zeros()));
+    let places =
+        [Vector3::x_axis(), Vector3::z_axis()].map(|axis| shown(&soup, turn(axis), Vector3::zeros()));
     let moved = coupling(&soup, &places).apply(&[Vector3::new(1.0, 2.0, 3.0); 4]);
     assert_eq!(moved[0], Vector3::zeros());
     assert_eq!(moved[2], Vector3::new(1.0, 2.0, 3.0));
@@ -86,7 +93,10 @@ fn what_lies_close_above_moves_with_it() {
         )
     };
     for (height, own) in [(0.002, 0.0), (0.03, 1.0)] {
-        let flat = Soup::new(body.points.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect(), body.triangles.clone());
+        let flat = Soup::new(
+            body.points.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect(),
+            body.triangles.clone(),
+        );
         let mut above = patch(height);
         above.points.iter_mut().for_each(|p| p.z = height * side);
         let all = together(&[flat, above]);
@@ -133,12 +143,16 @@ fn a_coarse_grid_joins_its_neighbours_but_no_triangle_s_corners() {
     right.points.iter_mut().for_each(|p| p.x += 1e-3);
     let both = together(&[left, right]);
     let steps = |step: f32| vec![step; both.points.len()];
-    let joined = |step| join(&both.points, &both.triangles, &reach(&both.points, &both.triangles, &steps(step)));
+    let joined =
+        |step| join(&both.points, &both.triangles, &reach(&both.points, &both.triangles, &steps(step)));
     assert_eq!(joined(1e-3), Some(vec![0, 1, 2, 3, 1, 5, 6, 2]));
     assert_eq!(joined(1e-4), None);
     // Whole numbers: neighbours on the grid are neighbours of the mesh.
     assert_eq!(joined(1.0), Some(vec![0, 1, 2, 3, 1, 5, 6, 2]));
-    assert_eq!(join(&square().points, &square().triangles, &reach(&square().points, &square().triangles, &[1.0; 4])), None);
+    assert_eq!(
+        join(&square().points, &square().triangles, &reach(&square().points, &square().triangles, &[1.0; 4])),
+        None
+    );
 }
 
 #[test]
@@ -146,7 +160,8 @@ fn two_sides_of_a_plate_face_each_other() {
     let lower = Soup::new(square().points, square().triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect());
     let plate = together(&[lower, moved_up(&square(), Vector3::z() * 0.1)]);
     let reach = reach(&plate.points, &plate.triangles, &[]);
-    let assembly = Assembly { points: &plate.points, triangles: &plate.triangles, reach: &reach, places: &[] };
+    let assembly =
+        Assembly { points: &plate.points, triangles: &plate.triangles, reach: &reach, places: &[] };
     let pairs = facing(&assembly, &[0.5; 8]);
     assert!(pairs.len() >= 8, "{}", pairs.len());
     for pair in &pairs {
