@@ -6,9 +6,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::parse_list;
 use sombrero::basis::{BasisFunction, BasisOptions};
-use sombrero::io::{Document, Format};
+use sombrero::io::{Document, Format, Soup};
 use sombrero::shapes;
-use sombrero::watermark::Preset;
+use sombrero::watermark::{Parameters, Preset};
 use sombrero::{DetectOptions, Model, attack, detect};
 use sombrero_tests::{Workshop, as_it_is, document, groups, marked, ring, samples};
 
@@ -83,6 +83,25 @@ fn the_robust_presets_basis_is_pinned() {
     assert_eq!(
         hex::encode(model.basis(&options).unwrap().digest()),
         "6a2ef4d1ec4b3d4fcfba10ee0f17b52485db0437fb7bea2f47c04e81a591c5f0"
+    );
+}
+
+/// Of a ball and of a part with planes, on the level that fields are sought on and above it.
+#[test]
+fn the_default_presets_basis_is_pinned() {
+    let digest = |soup: &Soup| {
+        let model = Model::new(soup);
+        let Parameters { basis, epsilon, .. } = Preset::Faithful.parameters();
+        let basis = |threads| {
+            with_threads(threads, || model.basis_for(&mut model.progressive(), &basis, epsilon).unwrap())
+        };
+        let digest = basis(1).digest();
+        assert_eq!(digest, basis(3).digest());
+        hex::encode(digest)
+    };
+    assert_eq!(
+        [shapes::bumpy_sphere(1000), shapes::part(10)].map(|soup| digest(&soup)),
+        ["", ""]
     );
 }
 
