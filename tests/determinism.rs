@@ -99,10 +99,7 @@ fn the_default_presets_basis_is_pinned() {
         assert_eq!(digest, basis(3).digest());
         hex::encode(digest)
     };
-    assert_eq!(
-        [shapes::bumpy_sphere(1000), shapes::part(10)].map(|soup| digest(&soup)),
-        ["", ""]
-    );
+    assert_eq!([shapes::bumpy_sphere(1000), shapes::part(10)].map(|soup| digest(&soup)), ["", ""]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisError, BasisFunction, BasisOptions};
 use sombrero_coupling::{Assembly, Coupling, Shown, join, reach};
 use sombrero_mesh::repair::Repaired;
-use sombrero_mesh::{BoundingBox, Place, Scene, Soup, Weld, repair};
+use sombrero_mesh::{BoundingBox, Place, Scene, Soup, Weld, repair, topology};
 use sombrero_progressive::ProgressiveMesh;
 use std::sync::OnceLock;
 
@@ -101,6 +101,24 @@ impl Model {
     /// The largest side of the bounding box, the unit of relative lengths; 0 without a face.
     pub fn largest_side(&self) -> f64 {
         self.bounding_box().map_or(0.0, |b| b.largest_side())
+    }
+
+    /// For each point the largest side of the box of its part, which hangs together by edges: the unit of what is small
+    /// there, whatever else is on the plate. 0 without a face.
+    pub fn part_sides(&self) -> Vec<f64> {
+        let Repaired { mesh, points, source, .. } = self.repaired();
+        let (part, count) = topology::components(mesh);
+        let mut boxes: Vec<Option<BoundingBox>> = vec![None; count];
+        for (p, &part) in points.iter().zip(&part) {
+            let around = boxes[part as usize].map_or([*p, *p], |b| [b.min.inf(p), b.max.sup(p)]);
+            boxes[part as usize] = BoundingBox::of(&around);
+        }
+        let mut sides = vec![0.0_f64; self.soup.points.len()];
+        for (&point, &part) in source.iter().zip(&part) {
+            let side = boxes[part as usize].map_or(0.0, |b| b.largest_side());
+            sides[point as usize] = sides[point as usize].max(side);
+        }
+        sides
     }
 
     /// The progressive mesh that the basis comes from.

@@ -7,7 +7,7 @@ use super::marked::{DistortionReport, EmbedReport, Marked};
 use super::self_test::SelfTest;
 use crate::info::repair_notes;
 use nalgebra::Point3;
-use sombrero_basis::Basis;
+use sombrero_basis::{Basis, BasisFunction};
 use sombrero_fidelity::{Fidelity, Places};
 use sombrero_io::{Document, Limits, Rewrite, Rewritten, WriteError};
 use sombrero_search::{Model, Stages};
@@ -17,6 +17,10 @@ use sombrero_watermark::{
 
 /// The mark must read back at least this well from the file just written, and should after a little noise.
 const READ_BACK: f64 = -6.0;
+
+/// Of fields some are known far better than others after noise. The paper's test weighs all alike: where it gives -3, the
+/// robust method finds -69 (fandisk), so that less than this means that nothing is left.
+const WEAK_FIELDS: f64 = -1.5;
 
 /// An original that is ready for any number of marked copies: the basis is computed once.
 #[derive(Debug)]
@@ -169,9 +173,10 @@ impl<'a> Embedder<'a> {
             return Err(EmbedError::Lost { log10_p });
         }
         let mut warnings = self.warnings.clone();
-        if log10_p_after_noise > READ_BACK {
+        let is_field = key.parameters.basis.function == BasisFunction::Field;
+        if log10_p_after_noise > if is_field { WEAK_FIELDS } else { READ_BACK } {
             warnings.push(format!(
-                "The mark is weak: after noise of 0.2 % of the largest side the paper's test would give log10 p = \
+                "The mark is weak: after noise of 0.2 % of each part's largest side the paper's test would give log10 p = \
                  {log10_p_after_noise:.1}; raise epsilon, or allow a larger displacement, if the model bears it."
             ));
         }

@@ -47,7 +47,7 @@ pub struct EmbedReport {
     pub fidelity: Option<Fidelity>,
     /// log10 of the probability that an unmarked mesh would match as well, read back from the marked file.
     pub log10_p: f64,
-    /// log10 p by least squares after noise of 0.2 % of the largest side, one draw: what the mark is good for.
+    /// log10 p by least squares after noise of 0.2 % of each part's largest side, one draw: what the mark is good for.
     pub log10_p_after_noise: f64,
     /// Seconds by stage.
     pub seconds: Stages,

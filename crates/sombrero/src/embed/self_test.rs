@@ -11,7 +11,7 @@ use sombrero_spatial::sample_ball;
 use sombrero_stats::{WatermarkTestOptions, watermark_test};
 use sombrero_watermark::Key;
 
-/// The paper's attack C: noise of this amplitude, in largest sides, hides no usual mark.
+/// The paper's attack C: noise of this amplitude, in largest sides of the part that it falls on, hides no usual mark.
 const TEST_NOISE: f64 = 0.002;
 
 /// What is known of an original before its first copy is tested.
@@ -25,8 +25,8 @@ impl SelfTest {
     pub(super) fn new(model: &Model, basis: &Basis) -> Result<Self, EmbedError> {
         let points = &model.soup().points;
         let mut rng = ChaCha8Rng::seed_from_u64(0);
-        let radius = TEST_NOISE * model.largest_side();
-        let noisy: Vec<_> = points.iter().map(|p| Some(p + sample_ball(&mut rng) * radius)).collect();
+        let noise = |(p, side): (&Point3<f64>, f64)| Some(p + sample_ball(&mut rng) * (TEST_NOISE * side));
+        let noisy: Vec<_> = points.iter().zip(model.part_sides()).map(noise).collect();
         Ok(Self { noise: extract(basis, 1.0, points, &noisy)?.coefficients })
     }
 
