@@ -5,6 +5,7 @@ mod cracks;
 mod crossing;
 mod curvature;
 mod dihedral;
+mod evenly;
 mod fidelity;
 mod flatness;
 mod intersections;

@@ -14,7 +14,7 @@ use sombrero_spatial::spread_samples;
 
 /// The least and the most samples; between them it is one for each triangle.
 const LEAST_SAMPLES: usize = 10_000;
-const MOST_SAMPLES: usize = 100_000;
+const MOST_SAMPLES: usize = 50_000;
 
 /// Root mean square distance between the surfaces, the larger of both ways, over the diagonal of the bounding box; 0 without
 /// area. Of a smooth displacement it is right to about a hundredth. O(n log n).

@@ -1,5 +1,6 @@
 //! A graph in space, and what of it lies in a ball about one of its vertices.
 
+use crate::evenly::evenly;
 use nalgebra::Point3;
 use sombrero_mesh::Edges;
 
@@ -42,13 +43,9 @@ impl Net {
 /// At most `most` of the vertices that have an edge, and the graph in which two are neighbours when the parts of the mesh
 /// that are nearest to them, by the number of edges, touch. All of them, with the edges of the mesh, when there are no more.
 pub(crate) fn thinned(net: &Net, edges: &Edges, most: usize) -> (Vec<u32>, Net) {
-    /// 1 / golden ratio: the multiples of no number spread more evenly modulo 1.
-    const STEP: f64 = 0.618_033_988_749_894_8;
     let used = (0..net.len() as u32).filter(|v| !net.around(*v).is_empty());
     let used: Vec<u32> = used.collect();
-    let share = most as f64 / used.len().max(1) as f64;
-    let chosen = |&(i, _): &(usize, &u32)| share >= 1.0 || (i as f64 * STEP).fract() < share;
-    let sites: Vec<u32> = used.iter().enumerate().filter(chosen).map(|(_, v)| *v).collect();
+    let sites: Vec<u32> = evenly(used.len(), most).map(|i| used[i]).collect();
     let owner = owners(net, &sites);
     let between = |&[a, b]: &[u32; 2]| {
         let [a, b] = [a, b].map(|v| owner[v as usize]);

@@ -9,6 +9,7 @@
 //! not a gap: such places count neither before nor after.
 
 use crate::Change;
+use crate::evenly::evenly;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_spatial::Line;
@@ -20,7 +21,7 @@ pub const CONTACT: f64 = 1e-6;
 /// -cos 30°: normals with at most this product face each other.
 const FACING: f64 = -0.866_025_403_784_438_6;
 /// Where to look from at most: more places are thinned out evenly.
-const MOST_PLACES: usize = 200_000;
+const MOST_PLACES: usize = 50_000;
 /// Places that one task looks at, and the share of all that is tried first, for a good bound.
 const CHUNK: usize = 256;
 const FIRST: usize = 64;
@@ -36,7 +37,7 @@ pub struct Thinnest {
 }
 
 /// The thinnest wall or gap between surfaces that face each other, before and after, measured from the same places. A closed
-/// surface has walls as every solid has: small parts and necks count too. O(n log n) as a rule; of more than 200,000 faces
+/// surface has walls as every solid has: small parts and necks count too. O(n log n) as a rule; of more than 50,000 faces
 /// and vertices as many are looked from.
 pub fn thinnest(change: &Change<'_>) -> Thinnest {
     let diagonal = change.bounds.diagonal();
@@ -64,11 +65,8 @@ impl<'a> Facing<'a> {
 
     /// Faces, then vertices, thinned out when there are too many.
     fn all_places(&self) -> Vec<u32> {
-        /// 1 / golden ratio: the multiples of no number spread more evenly modulo 1.
-        const STEP: f64 = 0.618_033_988_749_894_8;
-        let count = (self.change.triangles.len() + self.normals.len()) as u32;
-        let share = MOST_PLACES as f64 / f64::from(count.max(1));
-        (0..count).filter(|&i| share >= 1.0 || (f64::from(i) * STEP).fract() < share).collect()
+        let count = self.change.triangles.len() + self.normals.len();
+        evenly(count, MOST_PLACES).map(|place| place as u32).collect()
     }
 
     /// The least thickness at `places`, between `limits`, and the places in order where it is at most the first of them;
