@@ -20,6 +20,8 @@ pub struct Assembly<'a> {
     pub reach: &'a [f64],
     /// Where points are shown besides.
     pub places: &'a [Shown],
+    /// Whether points without a triangle are drawn. Otherwise they are nowhere, and meet nothing.
+    pub draws_loose: bool,
 }
 
 /// A further place of some points: an affine map of where they stand first.
@@ -55,7 +57,8 @@ impl Coupling {
     pub fn new(assembly: &Assembly<'_>) -> Self {
         let edges = Edges::new(assembly.points.len(), assembly.triangles);
         let parts = Parts::new(assembly.points, assembly.triangles, &edges);
-        let loose = parts.of_point.iter().any(|part| *part != 0);
+        let shown = |part: &u32| *part != u32::MAX || assembly.draws_loose;
+        let loose = parts.of_point.iter().filter(|part| shown(part)).any(|part| *part != 0);
         if assembly.places.is_empty() && !loose && edges.sides.iter().all(|sides| *sides > 1) {
             return Self::default();
         }

@@ -28,7 +28,7 @@ impl Sites {
     pub(crate) fn new(assembly: &Assembly<'_>, edges: &Edges) -> Self {
         let count = assembly.points.len();
         let mut sites = Self {
-            at: assembly.points.to_vec(),
+            at: shown(assembly),
             point: (0..count as u32).collect(),
             place: vec![0; count],
             linear: vec![[Matrix3::identity(); 2]],
@@ -42,7 +42,9 @@ impl Sites {
             let Some(inverse) = place.linear.try_inverse() else { continue };
             let first = sites.at.len() as u32;
             let site = |v: u32| place.points.binary_search(&v).ok().map(|i| first + i as u32);
-            sites.at.extend(place.points.iter().map(|&v| place.at(&assembly.points[v as usize])));
+            let at: Vec<Point3<f64>> =
+                place.points.iter().map(|&v| place.at(&sites.at[v as usize])).collect();
+            sites.at.extend(at);
             sites.point.extend_from_slice(&place.points);
             sites.place.resize(sites.at.len(), sites.linear.len() as u32);
             for (face, corners) in (0..).zip(assembly.triangles) {
@@ -73,6 +75,14 @@ impl Sites {
         let [from, to] = [from, to].map(|site| self.place[site as usize] as usize);
         if from == to { Matrix3::identity() } else { tidied(self.linear[to][1] * self.linear[from][0]) }
     }
+}
+
+/// Where points are; those that nothing shows are nowhere.
+fn shown(assembly: &Assembly<'_>) -> Vec<Point3<f64>> {
+    let mut used = vec![assembly.draws_loose; assembly.points.len()];
+    assembly.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let at = |(p, used): (&Point3<f64>, bool)| if used { *p } else { Point3::from([f64::NAN; 3]) };
+    assembly.points.iter().zip(used).map(at).collect()
 }
 
 /// The same without rounding, where it is the identity.

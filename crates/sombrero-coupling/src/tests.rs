@@ -10,7 +10,13 @@ use sombrero_shapes as shapes;
 
 fn coupling(soup: &Soup, places: &[Shown]) -> Coupling {
     let reach = reach(&soup.points, &soup.triangles, &[]);
-    Coupling::new(&Assembly { points: &soup.points, triangles: &soup.triangles, reach: &reach, places })
+    Coupling::new(&Assembly {
+        points: &soup.points,
+        triangles: &soup.triangles,
+        reach: &reach,
+        places,
+        draws_loose: true,
+    })
 }
 
 fn shown(soup: &Soup, linear: Matrix3<f64>, shift: Vector3<f64>) -> Shown {
@@ -160,8 +166,13 @@ fn two_sides_of_a_plate_face_each_other() {
     let lower = Soup::new(square().points, square().triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect());
     let plate = together(&[lower, moved_up(&square(), Vector3::z() * 0.1)]);
     let reach = reach(&plate.points, &plate.triangles, &[]);
-    let assembly =
-        Assembly { points: &plate.points, triangles: &plate.triangles, reach: &reach, places: &[] };
+    let assembly = Assembly {
+        points: &plate.points,
+        triangles: &plate.triangles,
+        reach: &reach,
+        places: &[],
+        draws_loose: false,
+    };
     let pairs = facing(&assembly, &[0.5; 8]);
     assert!(pairs.len() >= 8, "{}", pairs.len());
     for pair in &pairs {

@@ -11,6 +11,11 @@ pub(crate) struct Attributes {
 }
 
 impl Attributes {
+    /// Whether `name` is there.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.seen.contains(name)
+    }
+
     /// Adds `name` unless it is there already.
     pub(crate) fn note(&mut self, name: &str) {
         if !self.seen.contains(name) {

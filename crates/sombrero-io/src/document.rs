@@ -190,7 +190,11 @@ impl Document {
     /// Where else the scene shows vertices, and how finely the file stores them. Of instances without end, as many
     /// places are listed as the largest meshes have vertices.
     pub fn scene(&self) -> Scene {
-        Scene { places: self.parsed.places.clone(), steps: self.parsed.layout.steps(&self.parsed.soup) }
+        Scene {
+            places: self.parsed.places.clone(),
+            steps: self.parsed.layout.steps(&self.parsed.soup),
+            draws_loose: self.parsed.draws_loose,
+        }
     }
 
     /// Names of what the file holds beside positions and faces, such as `normals`, `texture coordinates`,

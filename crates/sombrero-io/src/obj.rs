@@ -120,7 +120,9 @@ fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
         // knows the count, stops at its line.
         Reader::new(bytes, limits, Some(count)).run()?;
     }
-    Ok(Parsed::new(Format::Obj, reader.soup, reader.attributes, Layout { slots: reader.slots }))
+    let draws_loose = reader.attributes.has("lines") || reader.attributes.has("points");
+    let parsed = Parsed::new(Format::Obj, reader.soup, reader.attributes, Layout { slots: reader.slots });
+    Ok(Parsed { draws_loose, ..parsed })
 }
 
 /// The normals of `vn` lines, and which corner of which triangle refers to which; `None` if there are none or if

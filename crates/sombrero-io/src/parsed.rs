@@ -22,6 +22,8 @@ pub(crate) struct Parsed {
     pub(crate) repeated_triangles: u64,
     /// Further places of vertices, as many as are worth following.
     pub(crate) places: Vec<Place>,
+    /// Whether points or lines are drawn.
+    pub(crate) draws_loose: bool,
     /// What is unusual, in sentences.
     pub(crate) notes: Vec<String>,
     /// Why positions cannot move, if they cannot.
@@ -45,6 +47,7 @@ impl Parsed {
             layout: Arc::new(layout),
             repeated_triangles: 0,
             places: Vec::new(),
+            draws_loose: false,
             notes: Vec::new(),
             fixed: None,
             companions: Vec::new(),

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::ops::Range;
 
-/// Further places of vertices, and the grid that each stands on. Of a bare mesh both are empty.
+/// Further places of vertices, and the grid that each stands on. Of a bare mesh all is empty.
 ///
 /// ```
 /// use nalgebra::{Matrix3, Point3, Vector3};
@@ -22,6 +22,8 @@ pub struct Scene {
     /// For each vertex the largest distance between neighbouring numbers that its coordinates could have been, in model
     /// units; empty where numbers are so fine that this does not matter.
     pub steps: Vec<f32>,
+    /// Whether points or lines are drawn, of vertices that may have no face. Otherwise nothing shows such vertices.
+    pub draws_loose: bool,
 }
 
 /// A further place of some vertices: an affine map of the position where they are shown first.

@@ -27,6 +27,8 @@ pub struct Model {
     reach: Vec<f64>,
     /// Where the scene shows points besides.
     places: Vec<Shown>,
+    /// Whether points without a face are drawn.
+    draws_loose: bool,
     /// Made when first asked for: suspects need none.
     repaired: OnceLock<Repaired>,
     bounds: OnceLock<Option<BoundingBox>>,
@@ -60,6 +62,7 @@ impl Model {
             point_of,
             beside,
             soup,
+            draws_loose: scene.draws_loose,
             reach: reach_of,
             places,
             repaired: OnceLock::new(),
@@ -183,8 +186,8 @@ impl Model {
     }
 
     fn assembly(&self) -> Assembly<'_> {
-        let Self { soup: Soup { points, triangles }, reach, places, .. } = self;
-        Assembly { points, triangles, reach, places }
+        let Self { soup: Soup { points, triangles }, reach, places, draws_loose, .. } = self;
+        Assembly { points, triangles, reach, places, draws_loose: *draws_loose }
     }
 
     /// Positions of stored vertices from positions of points. A vertex beside its point stays beside it.

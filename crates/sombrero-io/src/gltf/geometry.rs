@@ -64,6 +64,7 @@ pub(super) fn read(
         }
     }
     let mut notes = left_alone(root, &shown);
+    let surfaces = reader.soup.points.len();
     if !reader.read_loose(&shown)? {
         notes.push(
             "Points and lines share bytes with other data, or are none, and stay where they are.".into(),
@@ -78,6 +79,7 @@ pub(super) fn read(
         notes.push("Normals share bytes with other data and are never turned.".into());
         reader.shading = Shading::default();
     }
+    let draws_loose = reader.soup.points.len() > surfaces;
     let Reader { soup, blocks, repeated, shading, places, .. } = reader;
     let places = places.into_list();
     let format = container.format;
@@ -85,6 +87,7 @@ pub(super) fn read(
     Ok(Parsed {
         repeated_triangles: repeated,
         places,
+        draws_loose,
         notes,
         companions: buffers.companions,
         ..Parsed::new(format, soup, attributes(root), layout)
