@@ -14,11 +14,14 @@ fn moved(soup: &Soup) -> (Soup, Vec<Point3<f64>>) {
     (soup.clone(), soup.points.iter().enumerate().map(|(k, p)| p + shift(k)).collect())
 }
 
+/// One measure alone.
+type Measure = fn(&Change<'_>) -> f64;
+
 fn measures(criterion: &mut Criterion) {
     over_sizes(criterion, "fidelity", moved, |(soup, after)| {
         black_box(Fidelity::between(&soup.points, after, &soup.triangles, None));
     });
-    let single: [(&str, fn(&Change<'_>) -> f64); 4] = [
+    let single: [(&str, Measure); 4] = [
         ("fidelity: mrms", mrms),
         ("fidelity: msdm2", msdm2),
         ("fidelity: new intersections", |change| new_intersections(change) as f64),

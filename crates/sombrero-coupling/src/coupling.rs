@@ -41,6 +41,9 @@ impl Shown {
     }
 }
 
+/// Points and their weights.
+pub type Weights = Vec<(u32, f64)>;
+
 /// A linear map of displacements d to those that keep together what meets: d'_v = Σ_k W_vk d_k.
 ///
 /// It follows from the geometry alone. Points without a row move as they would without it.
@@ -82,7 +85,7 @@ impl Coupling {
     }
 
     /// W_vk as numbers where all of them are multiples of the identity.
-    pub fn weights(&self) -> Option<Vec<(u32, Vec<(u32, f64)>)>> {
+    pub fn weights(&self) -> Option<Vec<(u32, Weights)>> {
         let weight = |map: &Matrix3<f64>| (*map == Matrix3::identity() * map.m11).then_some(map.m11);
         let row = |(v, row): (u32, &[(u32, Matrix3<f64>)])| {
             Some((v, row.iter().map(|(k, map)| Some((*k, weight(map)?))).collect::<Option<_>>()?))

@@ -49,8 +49,8 @@ pub fn facing(assembly: &Assembly<'_>, farthest: &[f64]) -> Vec<Facing> {
     };
     let (faces, vertices) = (sites.triangles.len(), sites.at.len());
     let look = |place: usize| match place.checked_sub(faces) {
-        None => search.from_face(place as u32),
-        Some(site) => search.from_vertex(site as u32),
+        None => search.of_face(place as u32),
+        Some(site) => search.of_vertex(site as u32),
     };
     (0..faces + vertices).into_par_iter().with_min_len(CHUNK).flat_map_iter(look).collect()
 }
@@ -80,13 +80,13 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn from_face(&self, face: u32) -> Vec<Facing> {
+    fn of_face(&self, face: u32) -> Vec<Facing> {
         let corners = self.sites.triangles[face as usize];
         let centre = corners.iter().map(|&v| self.sites.at[v as usize].coords).sum::<Vector3<f64>>() / 3.0;
         self.look(&Point3::from(centre), &self.normals[face as usize], &corners, 1.0 / 3.0)
     }
 
-    fn from_vertex(&self, site: u32) -> Vec<Facing> {
+    fn of_vertex(&self, site: u32) -> Vec<Facing> {
         self.look(&self.sites.at[site as usize], &self.around[site as usize], &[site], 1.0)
     }
 

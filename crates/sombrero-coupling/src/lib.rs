@@ -13,7 +13,7 @@ mod spread;
 #[cfg(test)]
 mod tests;
 
-pub use coupling::{Assembly, Coupling, Shown};
+pub use coupling::{Assembly, Coupling, Shown, Weights};
 pub use facing::{Facing, facing};
 pub use join::{join, reach};
 /// The crate whose points stand in the signatures here.

@@ -52,14 +52,11 @@ impl Surface {
 /// Which children's boxes have a point in common with `bounds`; never one that is absent or empty.
 #[inline]
 fn touched(node: &Node, bounds: &BoundingBox) -> [bool; WIDTH] {
-    let mut touched = [true; WIDTH];
-    for axis in 0..3 {
-        for child in 0..WIDTH {
-            touched[child] &=
-                node.low[axis][child] <= bounds.max[axis] && node.high[axis][child] >= bounds.min[axis];
-        }
-    }
-    touched
+    std::array::from_fn(|child| {
+        (0..3).all(|axis| {
+            node.low[axis][child] <= bounds.max[axis] && node.high[axis][child] >= bounds.min[axis]
+        })
+    })
 }
 
 #[cfg(test)]

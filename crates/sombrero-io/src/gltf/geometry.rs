@@ -140,6 +140,9 @@ fn left_alone(root: &Root<'_>, shown: &[Shown]) -> Vec<String> {
     unseen.into_iter().chain(flat).collect()
 }
 
+/// A primitive: its block, its indices and its mode.
+type Drawn = (usize, Option<Key>, u32);
+
 pub(super) struct Reader<'a> {
     pub(super) root: &'a Root<'a>,
     pub(super) accessors: Accessors<'a>,
@@ -152,8 +155,8 @@ pub(super) struct Reader<'a> {
     blocks: Vec<Block>,
     pub(super) block_of: HashMap<u32, usize>,
     pub(super) block_of_key: HashMap<Key, usize>,
-    /// Triangles and vertices of a primitive that was read: by its block, its indices and its mode.
-    drawn: HashMap<(usize, Option<Key>, u32), (u64, Range<u32>)>,
+    /// Triangles and vertices of each primitive that was read.
+    drawn: HashMap<Drawn, (u64, Range<u32>)>,
     /// Triangles of a mesh that was read.
     totals: Vec<Option<u64>>,
     repeated: u64,
