@@ -8,16 +8,21 @@ use sombrero::attacks::{apply_all, parse_list};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
-use sombrero::watermark::Secret;
+use sombrero::watermark::{Preset, Secret};
 use sombrero::{DetectError, DetectOptions, Detection, Detector, EmbedOptions, embed};
 
 fn document(soup: &Soup) -> Document {
     Document::parse(encode(Format::Obj, soup).unwrap(), None).unwrap()
 }
 
+/// These stories are of the method, and of marks as strong as they can be.
+fn robust() -> EmbedOptions {
+    EmbedOptions { parameters: Preset::Robust.parameters(), ..EmbedOptions::default() }
+}
+
 fn detector() -> Detector {
     let original = document(&shapes::bust(12));
-    let marked = embed(&original, Secret([3; 32]), &EmbedOptions::default()).unwrap();
+    let marked = embed(&original, Secret([3; 32]), &robust()).unwrap();
     Detector::new(&original, marked.key).unwrap()
 }
 
@@ -53,7 +58,7 @@ fn other_shapes_are_not_found() {
 #[test]
 fn a_small_piece_that_was_not_moved_is_found_where_it_lies() {
     let original = document(&shapes::part(shapes::PART_RESOLUTION));
-    let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default()).unwrap();
+    let marked = embed(&original, Secret([1; 32]), &robust()).unwrap();
     let copy = Document::parse(marked.bytes, None).unwrap().soup().clone();
     let attacks = parse_list("crop:fraction=0.8 simplify:ratio=0.5").unwrap();
     let piece = apply_all(&attacks, &copy, &mut ChaCha8Rng::seed_from_u64(1)).unwrap().soup;
