@@ -12,7 +12,7 @@ pub enum BasisError {
     TooFewSplits {
         /// How many were asked for.
         wanted: usize,
-        /// How many vertex splits change the shape.
+        /// How many vertex splits change the shape, or how many fields there are.
         available: usize,
     },
     /// The mesh has hardly a displacement that tells something and is not seen.

@@ -61,7 +61,11 @@ fn with(
     if coefficients < *COEFFICIENTS.start() {
         return Err(BasisError::TooFewFields { available: coefficients });
     }
-    // Of fields most meshes have fewer than the most that they may have.
+    let was_chosen = parameters.preset.is_none();
+    if was_chosen && !make_do && coefficients < wanted.coefficients {
+        return Err(BasisError::TooFewSplits { wanted: wanted.coefficients, available: coefficients });
+    }
+    // Of fields most meshes have fewer than the preset's most.
     let is_field = wanted.function == BasisFunction::Field;
     let expected = if is_field { FEW.min(wanted.coefficients) } else { wanted.coefficients };
     let parameters = Parameters { basis: BasisOptions { coefficients, ..wanted }, ..parameters };
