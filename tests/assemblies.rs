@@ -13,6 +13,7 @@ use sombrero::mesh::Soup;
 use sombrero::shapes;
 use sombrero::watermark::{Preset, Secret};
 use sombrero::{EmbedOptions, Marked, Model, embed};
+use sombrero_tests::joined;
 use std::io::Write;
 
 /// A stored mesh, and where it is shown: every place in the world.
@@ -204,15 +205,9 @@ fn placed(part: &Part) -> Soup {
     soup
 }
 
-/// Several meshes in one.
-fn together(soups: &[Soup]) -> Soup {
-    let mut all = Soup::default();
-    for soup in soups {
-        let first = all.points.len() as u32;
-        all.points.extend(&soup.points);
-        all.triangles.extend(soup.triangles.iter().map(|t| t.map(|v| v + first)));
-    }
-    all
+/// All parts as they are in the world, in one mesh.
+fn world(parts: &[Part]) -> Soup {
+    parts.iter().map(placed).reduce(|all, part| joined(&all, &part)).unwrap_or_default()
 }
 
 /// The same surface with a vertex in the middle of every open edge.
@@ -321,7 +316,7 @@ fn facets_whose_corners_differ_by_rounding_are_joined() {
 fn points_on_the_edges_of_another_part_stay_on_them() {
     let mut parts = cut(&bumpy(), Vector3::z(), &[Isometry3::identity(); 2]);
     parts[1].soup = split_at_rims(&parts[1].soup);
-    let whole = together(&parts.iter().map(placed).collect::<Vec<_>>());
+    let whole = world(&parts);
     let original = read(encode(Format::Obj, &whole).unwrap());
     let copy = read(mark(&original, Preset::Robust, 24).bytes);
     let hanging = hanging(&whole);
@@ -459,7 +454,7 @@ proptest! {
         if hanging {
             parts[0].soup = split_at_rims(&parts[0].soup);
         }
-        let world = together(&parts.iter().map(placed).collect::<Vec<_>>());
+        let world = world(&parts);
         match format {
             0 | 1 => {
                 if let Some(again) = again {

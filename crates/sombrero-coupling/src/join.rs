@@ -2,7 +2,7 @@
 
 use crate::pairs::{Pair, close_pairs};
 use nalgebra::Point3;
-use sombrero_mesh::Edges;
+use sombrero_mesh::{Edges, connected};
 
 /// Differences of rounding, in sizes of the model.
 const ROUNDING: f64 = 1e-6;
@@ -118,7 +118,7 @@ impl Surfaces {
                 ends.iter().for_each(|&v| open[v as usize] = true);
             }
         }
-        Self { open, of_point: crate::parts::connected(count, &edges.ends) }
+        Self { open, of_point: connected(count, edges.ends.iter().copied()) }
     }
 
     fn inside_one(&self, [a, b]: [u32; 2]) -> bool {

@@ -1,24 +1,7 @@
 //! Parts: triangles that hang together by edges.
 
 use nalgebra::Point3;
-use sombrero_mesh::{BoundingBox, Edges, geometry};
-
-/// For each of `count` things the smallest number of those that it is connected with.
-pub(crate) fn connected(count: usize, links: &[[u32; 2]]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..count as u32).collect();
-    let root = |parent: &mut Vec<u32>, mut v: u32| {
-        while parent[v as usize] != v {
-            parent[v as usize] = parent[parent[v as usize] as usize];
-            v = parent[v as usize];
-        }
-        v
-    };
-    for &[a, b] in links {
-        let [a, b] = [root(&mut parent, a), root(&mut parent, b)];
-        parent[a.max(b) as usize] = a.min(b);
-    }
-    (0..count as u32).map(|v| root(&mut parent, v)).collect()
-}
+use sombrero_mesh::{BoundingBox, Edges, connected, geometry};
 
 /// The parts of a surface, largest area first.
 #[derive(Debug, Clone)]
@@ -45,7 +28,7 @@ impl Parts {
                 links.push([*first, face]);
             }
         }
-        let root = connected(triangles.len(), &links);
+        let root = connected(triangles.len(), links);
         let mut area = vec![0.0; triangles.len()];
         for (corners, &root) in triangles.iter().zip(&root) {
             let [a, b, c] = corners.map(|v| &points[v as usize]);

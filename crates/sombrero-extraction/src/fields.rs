@@ -129,7 +129,7 @@ fn legendre(x: f64) -> [f64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::smoothing;
+    use sombrero_mesh::smoothing_modes;
     use sombrero_shapes as shapes;
 
     const ALL: [(Deformation, usize); 5] = [
@@ -144,7 +144,7 @@ mod tests {
     fn columns_are_as_many_as_said() {
         let soup = shapes::sphere(2);
         for (deformation, columns) in ALL {
-            let modes = smoothing::modes(&soup);
+            let modes = smoothing_modes(&soup);
             let count = |modes| Fields::new(&soup, deformation, modes).columns();
             assert_eq!(
                 (count(vec![]), count(modes.iter().collect())),
@@ -159,7 +159,7 @@ mod tests {
     fn rows_and_displacements_are_one_field() {
         let soup = shapes::bumpy_sphere(200);
         for (deformation, _) in ALL {
-            let modes = smoothing::modes(&soup);
+            let modes = smoothing_modes(&soup);
             let fields = Fields::new(&soup, deformation, modes.iter().collect());
             let beta: Vec<f64> = (0..fields.columns()).map(|i| (i as f64 * 0.7).sin()).collect();
             let n = Vector3::new(0.3, -0.5, 0.8);

@@ -7,7 +7,6 @@ mod fields;
 mod least_squares;
 mod nuisance;
 mod robust;
-mod smoothing;
 mod square_root;
 mod surface;
 mod system;

@@ -6,7 +6,7 @@
 //!
 //! **Adding a nuisance**, say an offset along the normals, takes
 //!
-//! 1. a file beside `smoothing.rs` with a function from the original to its fields, one vector for each vertex and
+//! 1. a file with a function from the original to its fields, one vector for each vertex and
 //!    field, scaled such that 1 of it is much;
 //! 2. a row of [`Modes`] (its variant, its place in `ALL`, its function in `fields`).
 //!
@@ -15,9 +15,8 @@
 //! Fields must follow from the original alone. Whatever they take away from w* they take away from its precision too.
 
 use crate::deformation::Deformation;
-use crate::smoothing;
 use nalgebra::Vector3;
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Soup, smoothing_modes};
 
 /// A family of fields that follow from the original's shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -35,7 +34,7 @@ impl Modes {
     /// The fields, one vector for each vertex of `original`.
     pub(crate) fn fields(self, original: &Soup) -> Vec<Vec<Vector3<f64>>> {
         match self {
-            Self::Smoothing => smoothing::modes(original),
+            Self::Smoothing => smoothing_modes(original),
         }
     }
 }

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod collapse;
+mod connected;
 mod edges;
 mod facets;
 mod hinges;
@@ -8,8 +9,10 @@ mod ids;
 mod matching;
 mod mesh;
 mod planar;
+mod rings;
 mod scene;
 mod sides;
+mod smoothing;
 mod soup;
 mod umbrella;
 mod validate;
@@ -22,6 +25,7 @@ pub mod topology;
 pub use nalgebra;
 
 pub use collapse::{Collapse, CollapseError};
+pub use connected::connected;
 pub use edges::Edges;
 pub use facets::Facets;
 pub use hinges::{Hinge, hinges};
@@ -30,7 +34,9 @@ pub use matching::{Matchings, VertexMatching, match_connectivity};
 pub use mesh::{Mesh, TopologyError};
 pub use planar::PlanarRegions;
 pub use repair::repair;
+pub use rings::Rings;
 pub use scene::{Place, Scene};
+pub use smoothing::smoothing_modes;
 pub use soup::{BoundingBox, Soup};
 pub use umbrella::Umbrella;
 pub use validate::Violation;

@@ -3,7 +3,7 @@
 //! Faces join across edges where they hardly turn. What joins is planar when its corners stay within a slab about its mean
 //! normal, and is worth keeping so when it is a good part of the surface, or a smaller part with vertices of its own.
 
-use crate::{Facets, Hinge, hinges};
+use crate::{Facets, Hinge, connected, hinges};
 use nalgebra::{Point3, Vector3};
 
 /// Faces that turn by less than this across an edge are one plane, in radians (0.05 degrees).
@@ -73,34 +73,21 @@ impl PlanarRegions {
 
 /// Which component each face belongs to, when faces join across edges where they hardly turn.
 fn flat_components(faces: usize, facets: &Facets, hinges: &[Hinge]) -> (Vec<u32>, usize) {
-    let mut parent: Vec<u32> = (0..faces as u32).collect();
-    fn root(parent: &mut [u32], mut f: u32) -> u32 {
-        while parent[f as usize] != f {
-            parent[f as usize] = parent[parent[f as usize] as usize];
-            f = parent[f as usize];
-        }
-        f
-    }
-    for hinge in hinges {
+    let flat = |hinge: &&Hinge| {
         let [a, b] = hinge.faces.map(|f| facets.normals[f as usize]);
-        if a.cross(&b).norm() < FLAT && a.dot(&b) > 0.0 {
-            let [a, b] = hinge.faces.map(|f| root(&mut parent, f));
-            parent[a.max(b) as usize] = a.min(b);
+        a.cross(&b).norm() < FLAT && a.dot(&b) > 0.0
+    };
+    let first = connected(faces, hinges.iter().filter(flat).map(|hinge| hinge.faces));
+    // The first face of a component comes before its others.
+    let mut number = vec![0; faces];
+    let mut count = 0;
+    for (face, &first) in first.iter().enumerate() {
+        if face == first as usize {
+            number[face] = count;
+            count += 1;
         }
     }
-    let mut number = vec![u32::MAX; parent.len()];
-    let mut count = 0;
-    let labels = (0..parent.len() as u32)
-        .map(|f| {
-            let r = root(&mut parent, f) as usize;
-            if number[r] == u32::MAX {
-                number[r] = count;
-                count += 1;
-            }
-            number[r]
-        })
-        .collect();
-    (labels, count as usize)
+    (first.into_iter().map(|first| number[first as usize]).collect(), count as usize)
 }
 
 /// How many vertices each component has inside: those all of whose faces belong to it.

@@ -32,7 +32,13 @@ const SLOPE: f64 = 0.03;
 const PIECES: usize = 4;
 
 /// The factor of each point for functions at ε; `None` when all of them are 1.
-pub(crate) fn factors(basis: &Basis, assembly: &Assembly<'_>, side: f64, epsilon: f64) -> Option<Vec<f64>> {
+pub(crate) fn factors(
+    basis: &Basis,
+    assembly: &Assembly<'_>,
+    coupling: &Coupling,
+    side: f64,
+    epsilon: f64,
+) -> Option<Vec<f64>> {
     let deviations: Vec<f64> = basis.deviations().iter().map(|sigma| LARGEST * epsilon * sigma).collect();
     let longest = deviations.iter().copied().fold(0.0, f64::max);
     let farthest: Vec<f64> = deviations.iter().map(|d| (d + longest) / CHANGE).collect();
@@ -53,7 +59,7 @@ pub(crate) fn factors(basis: &Basis, assembly: &Assembly<'_>, side: f64, epsilon
     if factor.iter().all(|factor| *factor >= 1.0) {
         return None;
     }
-    Some(spread(&factor, &links(assembly, &pairs, side, longest / SLOPE)))
+    Some(spread(&factor, &links(assembly, coupling, &pairs, side, longest / SLOPE)))
 }
 
 /// The basis with the functions of each point times its factor.
@@ -107,7 +113,7 @@ fn apart(basis: &Basis, pairs: &[Facing]) -> Vec<f64> {
 }
 
 /// Along edges and between places that face each other, in ways of `unit`; without length where all is scaled alike.
-fn links(assembly: &Assembly<'_>, pairs: &[Facing], side: f64, unit: f64) -> Vec<Link> {
+fn links(assembly: &Assembly<'_>, coupling: &Coupling, pairs: &[Facing], side: f64, unit: f64) -> Vec<Link> {
     let Assembly { points, triangles, .. } = *assembly;
     let edges = Edges::new(points.len(), triangles);
     let regions = PlanarRegions::find(points, triangles, side);
@@ -123,7 +129,6 @@ fn links(assembly: &Assembly<'_>, pairs: &[Facing], side: f64, unit: f64) -> Vec
         let first = pair.terms[0].0;
         pair.terms[1..].iter().map(move |(v, _)| Link { ends: [first, *v], length: pair.distance / unit })
     });
-    let coupling = Coupling::new(assembly);
     let coupled = coupling
         .rows()
         .flat_map(|(v, row)| row.iter().map(move |(k, _)| Link { ends: [v, *k], length: 0.0 }));

@@ -32,6 +32,7 @@ pub struct Model {
     /// Made when first asked for: suspects need none.
     repaired: OnceLock<Repaired>,
     bounds: OnceLock<Option<BoundingBox>>,
+    coupling: OnceLock<Coupling>,
 }
 
 impl Model {
@@ -67,6 +68,7 @@ impl Model {
             places,
             repaired: OnceLock::new(),
             bounds: OnceLock::new(),
+            coupling: OnceLock::new(),
         }
     }
 
@@ -152,7 +154,7 @@ impl Model {
     ) -> Result<Basis, BasisError> {
         let Repaired { points, source, .. } = self.repaired();
         let basis = Basis::new(progressive, points, options)?.on_points(source, self.soup.points.len());
-        Ok(coupled(basis, &self.coupling()))
+        Ok(coupled(basis, self.coupling()))
     }
 
     /// [`basis_of`](Self::basis_of) as marks of strength ε use it: fields are scaled down where they would change walls
@@ -176,13 +178,14 @@ impl Model {
     /// What [`basis_for`](Self::basis_for) makes of a basis over points; `None` where it stays what it is.
     pub fn kept_apart(&self, basis: &Basis, options: &BasisOptions, epsilon: f64) -> Option<Basis> {
         let limited = options.function == BasisFunction::Field;
-        let factors = limited.then(|| factors(basis, &self.assembly(), self.largest_side(), epsilon))?;
+        let factors = limited
+            .then(|| factors(basis, &self.assembly(), self.coupling(), self.largest_side(), epsilon))?;
         factors.map(|factors| scaled(basis, &factors))
     }
 
     /// What keeps points together that meet at any of their places, or lie on something.
-    pub fn coupling(&self) -> Coupling {
-        Coupling::new(&self.assembly())
+    pub fn coupling(&self) -> &Coupling {
+        self.coupling.get_or_init(|| Coupling::new(&self.assembly()))
     }
 
     fn assembly(&self) -> Assembly<'_> {

@@ -9,13 +9,12 @@ use crate::amplitudes::{self, Costs};
 use crate::candidates::candidates;
 use crate::carry::{Shifts, carry};
 use crate::evidence::Evidence;
-use crate::modes::modes;
 use crate::planes::Planes;
 use crate::surface::Surface;
 use crate::turning::{turned, turned_by_all, unevenness};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-use sombrero_mesh::{BoundingBox, Soup};
+use sombrero_mesh::{BoundingBox, Soup, smoothing_modes};
 use sombrero_progress::Progress;
 use sombrero_progressive::ProgressiveMesh;
 use thiserror::Error;
@@ -109,7 +108,11 @@ impl Fields {
         let planes = Planes::find(&full);
         // What filters do to a mesh that is far finer than the level, no field of the level looks like.
         let finer = points.len() > FINER.saturating_mul(options.vertices);
-        let modes = if finer { Vec::new() } else { modes(&full.points, &full.triangles) };
+        let modes = if finer {
+            Vec::new()
+        } else {
+            smoothing_modes(&Soup::new(full.points.clone(), full.triangles.clone()))
+        };
         progress.advance(1);
 
         let splits = progressive.split_count();

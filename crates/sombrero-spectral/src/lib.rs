@@ -8,7 +8,6 @@ mod evidence;
 mod fields;
 mod jacobi;
 mod lanczos;
-mod modes;
 mod patches;
 mod piece;
 mod planes;

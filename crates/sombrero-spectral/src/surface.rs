@@ -1,8 +1,8 @@
 //! A triangle mesh with what the quadratic forms ask of it: normals, areas, and pairs of faces that share an edge.
 
 use nalgebra::{Point3, Vector3};
-pub(crate) use sombrero_mesh::Hinge;
 use sombrero_mesh::{BoundingBox, Facets, hinges};
+pub(crate) use sombrero_mesh::{Hinge, Rings};
 
 /// Points and triangles, with normals and areas beside the triangles.
 #[derive(Debug, Clone)]
@@ -53,30 +53,6 @@ impl Surface {
 
     /// The vertices joined to each vertex by an edge, in order.
     pub(crate) fn neighbours(&self) -> Rings {
-        let both = |&[a, b, c]: &[u32; 3]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)];
-        let mut pairs: Vec<(u32, u32)> = self.triangles.iter().flat_map(both).collect();
-        pairs.sort_unstable();
-        pairs.dedup();
-        Rings::of_sorted(self.points.len(), pairs)
-    }
-}
-
-/// Lists of vertices, one for each vertex.
-#[derive(Debug, Clone)]
-pub(crate) struct Rings {
-    starts: Vec<usize>,
-    all: Vec<u32>,
-}
-
-impl Rings {
-    fn of_sorted(count: usize, pairs: Vec<(u32, u32)>) -> Self {
-        let mut starts = vec![0; count + 1];
-        pairs.iter().for_each(|&(v, _)| starts[v as usize + 1] += 1);
-        (0..count).for_each(|v| starts[v + 1] += starts[v]);
-        Self { starts, all: pairs.into_iter().map(|(_, w)| w).collect() }
-    }
-
-    pub(crate) fn of(&self, vertex: u32) -> &[u32] {
-        &self.all[self.starts[vertex as usize]..self.starts[vertex as usize + 1]]
+        Rings::new(self.points.len(), &self.triangles)
     }
 }
