@@ -59,7 +59,7 @@ impl Surface {
         if !usable(&line.origin) || !usable(&Point3::from(line.direction)) {
             return None;
         }
-        nearest(self.tree(), line, reach, |_| true, counts)
+        nearest(self.tree(), line, reach, Side::Both, counts)
     }
 
     /// The same ahead of the origin alone, where distances are not negative.
@@ -67,7 +67,7 @@ impl Surface {
         if !usable(&line.origin) || !usable(&Point3::from(line.direction)) {
             return None;
         }
-        nearest(self.tree(), line, reach, |distance| distance >= 0.0, counts)
+        nearest(self.tree(), line, reach, Side::Ahead, counts)
     }
 }
 
@@ -75,30 +75,37 @@ fn nearest(
     tree: &Tree,
     line: &Line,
     mut reach: f64,
-    side: impl Fn(f64) -> bool,
+    side: Side,
     counts: impl Fn(u32) -> bool,
 ) -> Option<Crossing> {
     let inverse = line.direction.map(|d| 1.0 / d);
     let mut best: Option<Crossing> = None;
-    let mut stack = [0u32; STACK];
+    // Nodes that wait, the nearest last, with how near the line may meet something in them.
+    let mut stack = [(0u32, 0.0_f64); STACK];
     let mut waiting = usize::from(!tree.nodes.is_empty());
     while waiting > 0 {
         waiting -= 1;
-        let node = &tree.nodes[stack[waiting] as usize];
-        let entered = entered(node, line, &inverse, reach);
-        for (child, _) in (node.first..).zip(entered).filter(|(_, entered)| *entered) {
+        let (number, near) = stack[waiting];
+        if near > reach {
+            continue;
+        }
+        let node = &tree.nodes[number as usize];
+        let from = waiting;
+        for (child, near) in (node.first..).zip(entered(node, line, &inverse, reach, side)) {
+            if near > reach {
+                continue;
+            }
             if !node.leaf {
-                stack[waiting] = child;
+                let place = (from..waiting).find(|&k| stack[k].1 < near).unwrap_or(waiting);
+                stack.copy_within(place..waiting, place + 1);
+                stack[place] = (child, near);
                 waiting += 1;
                 continue;
             }
             let face = tree.faces[child as usize];
-            if !counts(face) {
-                continue;
-            }
             let Some(distance) = meets(line, &tree.triangles[child as usize]) else { continue };
             let nearer = best.is_none_or(|b| (distance.abs(), face) < (b.distance.abs(), b.face));
-            if distance.abs() <= reach && nearer && side(distance) {
+            if distance.abs() <= reach && nearer && side.has(distance) && counts(face) {
                 best = Some(Crossing { distance, face });
                 reach = distance.abs();
             }
@@ -107,12 +114,26 @@ fn nearest(
     best
 }
 
-/// Which children's boxes the line goes through within `reach`.
+/// Where on a line to look.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Side {
+    Both,
+    Ahead,
+}
+
+impl Side {
+    fn has(self, distance: f64) -> bool {
+        self == Self::Both || distance >= 0.0
+    }
+}
+
+/// How near to its origin the line enters each child's box; infinite where it does not within `reach`.
 #[inline]
-fn entered(node: &Node, line: &Line, inverse: &Vector3<f64>, reach: f64) -> [bool; WIDTH] {
+fn entered(node: &Node, line: &Line, inverse: &Vector3<f64>, reach: f64, side: Side) -> [f64; WIDTH] {
     /// A box is left a little later than rounding says.
     const SLACK: f64 = 1e-13;
-    let (mut enter, mut leave) = ([-reach; WIDTH], [reach; WIDTH]);
+    let back = if side == Side::Both { -reach } else { 0.0 };
+    let (mut enter, mut leave) = ([back; WIDTH], [reach; WIDTH]);
     for axis in 0..3 {
         let (origin, inverse) = (line.origin[axis], inverse[axis]);
         let [low, high] = [&node.low[axis], &node.high[axis]];
@@ -124,12 +145,15 @@ fn entered(node: &Node, line: &Line, inverse: &Vector3<f64>, reach: f64) -> [boo
             leave[child] = if far < leave[child] { far } else { leave[child] };
         }
     }
-    let mut entered = [false; WIDTH];
+    let mut nearest = [f64::INFINITY; WIDTH];
     for child in 0..WIDTH {
         let slack = SLACK * (enter[child].abs() + leave[child].abs());
-        entered[child] = enter[child] <= leave[child] + slack && node.low[0][child] <= node.high[0][child];
+        if enter[child] <= leave[child] + slack && node.low[0][child] <= node.high[0][child] {
+            // Ahead, behind, or around the origin.
+            nearest[child] = (enter[child].max(-leave[child]) - slack).max(0.0);
+        }
     }
-    entered
+    nearest
 }
 
 /// How far along the line the triangle is met.
