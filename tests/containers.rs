@@ -167,7 +167,7 @@ const TYPES: &[u8] = br#"<?xml version="1.0"?><Types xmlns="http://schemas.openx
 const RELATIONSHIPS: &[u8] = br#"<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/3dmodel.model" Id="r" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
 
 /// A 3MF archive with this model and a picture.
-pub(crate) fn archive(model: &[u8], method: zip::CompressionMethod) -> Vec<u8> {
+pub fn archive(model: &[u8], method: zip::CompressionMethod) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options =
         SimpleFileOptions::default().compression_method(method).last_modified_time(zip::DateTime::default());

@@ -9,7 +9,8 @@ mod meshes;
 mod samples;
 mod workshop;
 
-pub use meshes::{flat_sheet, groups, joined, mapped, ring, wavy};
+pub use containers::archive;
+pub use meshes::{flat_sheet, groups, joined, mapped, ring, shell, tile, wall, wavy};
 pub use samples::{Sample, ascii_stl, binary_stl, obj, off, ply, samples, separate_gltf};
 pub use workshop::{Ran, Workshop};
 

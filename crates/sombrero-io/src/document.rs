@@ -241,7 +241,7 @@ impl Document {
         if how.decimals == Decimals::Exact || written.bytes == self.bytes {
             return Ok(written);
         }
-        Ok(self.spelled_alike(&original, points, how.decimals, written))
+        Ok(self.spelled_alike(&original, points, how, written))
     }
 
     /// A text file as it was `written`, with all coordinates spelled alike; any other as it is.
@@ -249,27 +249,27 @@ impl Document {
         &self,
         original: &Original<'_>,
         points: &[Point3<f64>],
-        how: Decimals,
+        how: &Rewrite,
         written: Rewritten,
     ) -> Rewritten {
         let Some(words) = self.parsed.layout.words(original) else { return written };
         let rms = decimals::rms(original.soup.points.iter().zip(points));
-        let spelling = |spans: &[Range<usize>], how, rms| {
+        let spelling = |spans: &[Range<usize>], decimals, rms, filling| {
             let mut survey = Survey::default();
             spans.iter().for_each(|span| survey.add(self.bytes.get(span.clone()).unwrap_or_default()));
-            survey.spelling(how, rms)
+            survey.spelling(decimals, rms, filling)
         };
-        let coordinates = spelling(&words.coordinates, how, rms);
+        let coordinates = spelling(&words.coordinates, how.decimals, rms, how.filling);
         // A direction is of length 1 and as exact as the file has it.
-        let directions = spelling(&words.directions, Decimals::Own, f64::INFINITY);
+        let directions = spelling(&words.directions, Decimals::Own, f64::INFINITY, None);
         let Some(again) = self.read_again(written.bytes.clone()) else { return written };
         let Parsed { layout, soup, companions, .. } = &again.parsed;
         let Some(words) = layout.words(&Original { bytes: &again.bytes, soup, companions }) else {
             return written;
         };
-        let coordinates = words.coordinates.into_iter().map(|span| (span, coordinates));
-        let directions = words.directions.into_iter().map(|span| (span, directions));
-        let mut all: Vec<_> = coordinates.chain(directions).collect();
+        let spans = words.coordinates.into_iter().map(|span| (span, &coordinates));
+        let others = words.directions.into_iter().map(|span| (span, &directions));
+        let mut all: Vec<_> = spans.chain(others).collect();
         all.sort_by_key(|(span, _)| span.start);
         Rewritten { bytes: decimals::respelled(&again.bytes, &all), ..written }
     }

@@ -30,7 +30,7 @@ mod threemf;
 #[cfg(test)]
 mod testing;
 
-pub use decimals::Decimals;
+pub use decimals::{Decimals, Filling};
 pub use document::Document;
 pub use error::{ParseError, Place, ReadError, WriteError};
 pub use format::Format;

@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use sombrero_mesh::{Place, Soup};
 
 use crate::attributes::Attributes;
-use crate::decimals::{Decimals, Words};
+use crate::decimals::{Decimals, Filling, Words};
 use crate::error::WriteError;
 use crate::format::Format;
 
@@ -119,6 +119,8 @@ pub struct Rewrite {
     pub stem: Option<String>,
     /// How the coordinates of a text file are spelled. Default: exactly, and only those that changed.
     pub decimals: Decimals,
+    /// What numbers are filled up with that stay and have fewer decimals than the file is written with. Default: zeros.
+    pub filling: Option<Filling>,
 }
 
 impl Rewrite {
@@ -130,6 +132,11 @@ impl Rewrite {
     /// These choices with coordinates of text files spelled so.
     pub fn with_decimals(self, decimals: Decimals) -> Self {
         Self { decimals, ..self }
+    }
+
+    /// These choices with digits instead of zeros at the end of numbers that stay.
+    pub fn with_filling(self, filling: Filling) -> Self {
+        Self { filling: Some(filling), ..self }
     }
 
     /// These choices for a file of this name, without extension.

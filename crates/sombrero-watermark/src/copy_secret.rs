@@ -10,6 +10,9 @@ use sha2::{Digest, Sha256};
 /// Changes whenever the derivation does.
 const TAG: &[u8] = b"sombrero copy 1";
 
+/// That of digits, likewise.
+const DIGITS: &[u8] = b"sombrero digits 1";
+
 impl Secret {
     /// The secret of the copy of `original` with this identity, derived from the owner's secret `self`: the same for the
     /// same arguments, and of no use for finding `self` or the secret of another copy.
@@ -21,6 +24,16 @@ impl Secret {
             hash_part(&mut hash, part);
         }
         Self(hash.finalize().into())
+    }
+
+    /// What the digits of numbers that stay are drawn from (`sombrero_io::Filling`): SHA-256 of a tag and the secret, so
+    /// that they tell neither it nor the watermark.
+    pub fn for_digits(&self) -> [u8; 32] {
+        let mut hash = Sha256::new();
+        for part in [DIGITS, &self.0] {
+            hash_part(&mut hash, part);
+        }
+        hash.finalize().into()
     }
 }
 

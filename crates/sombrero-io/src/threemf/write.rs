@@ -49,7 +49,7 @@ impl parsed::Layout for Layout {
             return Ok(source.to_vec().into());
         }
         let mut archive = None;
-        let alike = self.spelling(source, all, points, how.decimals)?;
+        let alike = self.spelling(source, all, points, how)?;
         let (mut packed, mut start) = (Vec::new(), 0);
         for part in &self.parts {
             let range = start..start + part.slots.len();
@@ -67,7 +67,10 @@ impl parsed::Layout for Layout {
             // It was within its limits when it was read first.
             let bytes = archive.unpack(part.entry, &mut Budget::new(u64::MAX)).map_err(unreadable)?;
             let exact = part.rewrite(&bytes, range.start, old, new)?;
-            let text = alike.map_or_else(|| exact.clone(), |alike| part.respelled(&bytes, &exact, alike));
+            let text = match &alike {
+                Some(alike) => part.respelled(&bytes, &exact, alike),
+                None => exact,
+            };
             packed.push(archive.pack(part.entry, &text));
         }
         match archive {
@@ -84,9 +87,9 @@ impl Layout {
         source: &[u8],
         old: &[Point3<f64>],
         new: &[Point3<f64>],
-        how: Decimals,
+        how: &Rewrite,
     ) -> Result<Option<Spelling>, WriteError> {
-        if how == Decimals::Exact {
+        if how.decimals == Decimals::Exact {
             return Ok(None);
         }
         let archive = Archive::open(source).map_err(unreadable)?;
@@ -97,7 +100,8 @@ impl Layout {
                 survey.add(bytes.get(span).unwrap_or_default());
             }
         }
-        Ok(Some(survey.spelling(how, rms(self.stored(old).iter().zip(&self.stored(new))))))
+        let rms = rms(self.stored(old).iter().zip(&self.stored(new)));
+        Ok(Some(survey.spelling(how.decimals, rms, how.filling)))
     }
 
     /// Points as the file stores them.
@@ -142,7 +146,7 @@ impl PartLayout {
 impl PartLayout {
     /// The `exact` text of the part with all coordinates spelled alike. Tags are where they were in `before`, but for what
     /// coordinates before them have become longer.
-    fn respelled(&self, before: &[u8], exact: &[u8], alike: Spelling) -> Vec<u8> {
+    fn respelled(&self, before: &[u8], exact: &[u8], alike: &Spelling) -> Vec<u8> {
         let (mut words, mut longer) = (Vec::new(), 0_isize);
         // Vertices of a part may be shown in another order than they are stored.
         let mut slots = self.slots.clone();

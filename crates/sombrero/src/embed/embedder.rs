@@ -9,7 +9,7 @@ use crate::info::repair_notes;
 use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisFunction};
 use sombrero_fidelity::{Fidelity, Places};
-use sombrero_io::{Document, Limits, Rewrite, Rewritten, WriteError};
+use sombrero_io::{Document, Filling, Limits, Rewrite, Rewritten, WriteError};
 use sombrero_search::{Model, Stages};
 use sombrero_watermark::{
     COEFFICIENTS, Derivation, EPSILONS, Identity, Key, OriginalDigest, Parameters, Secret, embed as insert,
@@ -156,6 +156,7 @@ impl<'a> Embedder<'a> {
     pub fn mark(&self, identity: Identity, secret: Secret, rewrite: &Rewrite) -> Result<Marked, EmbedError> {
         let mut seconds = Stages::default();
         let Self { original, model, basis, .. } = self;
+        let rewrite = &rewrite.clone().with_filling(Filling(secret.for_digits()));
         let key = self.key(identity, secret);
         let (Rewritten { bytes, companions, .. }, moved) = seconds.time("insert", || {
             let points = insert(&model.soup().points, basis, &key.watermark, key.parameters.epsilon);
