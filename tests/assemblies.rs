@@ -13,7 +13,7 @@ use sombrero::mesh::Soup;
 use sombrero::shapes;
 use sombrero::watermark::{Preset, Secret};
 use sombrero::{EmbedOptions, Marked, Model, embed};
-use sombrero_tests::joined;
+use sombrero_tests::{joined, tile};
 use std::io::Write;
 
 /// A stored mesh, and where it is shown: every place in the world.
@@ -233,22 +233,6 @@ fn bumpy() -> Soup {
     shapes::bumpy_sphere(700)
 }
 
-/// A wavy tile whose left and right edges fit.
-fn tile() -> Soup {
-    let mut tile = shapes::open_sheet(24, 24);
-    let bounds = tile.bounding_box().unwrap();
-    for p in &mut tile.points {
-        let [x, y] = [p.x - bounds.min.x, p.y - bounds.min.y].map(|x| x / bounds.sides().x);
-        let turn = std::f64::consts::TAU;
-        *p = Point3::new(
-            x,
-            y,
-            0.1 * (turn * x).sin() * (2.0 * turn * y).cos() + 0.05 * (3.0 * turn * (x + y)).cos(),
-        );
-    }
-    tile
-}
-
 #[test]
 fn a_tile_shown_side_by_side_fits_itself() {
     let places: Vec<_> =
@@ -359,76 +343,6 @@ fn lines_go_along_with_the_surface_that_they_are_drawn_on() {
     for (q, corners) in drawn[200..].iter().zip(&surface.triangles) {
         let centre = corners.iter().map(|&v| copy.points()[v as usize].coords).sum::<Vector3<f64>>() / 3.0;
         assert!((q.coords - centre).norm() < 1e-6);
-    }
-}
-
-/// A surface about another, `gap` away along its normals.
-fn shell(body: &Soup, gap: f64) -> Soup {
-    let mut normals = vec![Vector3::zeros(); body.points.len()];
-    for corners in &body.triangles {
-        let [a, b, c] = corners.map(|v| body.points[v as usize]);
-        corners.iter().for_each(|&v| normals[v as usize] += (b - a).cross(&(c - a)));
-    }
-    let points = body.points.iter().zip(normals).map(|(p, n)| p + n.normalize() * gap).collect();
-    Soup::new(points, body.triangles.clone())
-}
-
-/// Vertices of `outer` on the inner side of the nearest face of `inner`.
-fn inside(outer: &[Point3<f64>], inner: &[Point3<f64>], triangles: &[[u32; 3]]) -> usize {
-    let surface = sombrero::spatial::Surface::new(inner, triangles);
-    let is_inside = |p: &&Point3<f64>| {
-        let closest = surface.closest(p).unwrap();
-        let [a, b, c] = triangles[closest.face as usize].map(|v| inner[v as usize]);
-        (b - a).cross(&(c - a)).dot(&(*p - closest.point)) < 0.0
-    };
-    outer.iter().filter(is_inside).count()
-}
-
-#[test]
-fn a_shell_close_about_a_body_stays_outside() {
-    let body = bumpy();
-    for (gap, preset) in [(0.005, Preset::Robust), (0.005, Preset::Faithful), (0.02, Preset::Faithful)] {
-        let shell = shell(&body, gap);
-        let parts = [Part::at(body.clone(), Matrix4::identity()), Part::at(shell, Matrix4::identity())];
-        let original = read(glb(&parts, &[]));
-        let copy = read(mark(&original, preset, 60).bytes);
-        let (inner, outer) = copy.points().split_at(body.points.len());
-        assert_eq!(inside(outer, inner, &body.triangles), 0, "{gap}");
-        let apart = inner.iter().zip(outer).map(|(p, q)| (q - p).norm());
-        let least = apart.fold(f64::INFINITY, f64::min);
-        assert!(least > 0.9 * gap, "{gap} became {least}");
-    }
-}
-
-/// A plate with waves on both sides.
-fn wall(thickness: f64) -> Soup {
-    let front = tile();
-    let count = front.points.len() as u32;
-    let mut wall = front.clone();
-    wall.points.iter_mut().for_each(|p| p.z += thickness);
-    wall.points.extend(&front.points);
-    wall.triangles.extend(front.triangles.iter().map(|[a, b, c]| [a + count, c + count, b + count]));
-    let edges = sombrero::mesh::Edges::new(front.points.len(), &front.triangles);
-    for (face, corners) in front.triangles.iter().enumerate() {
-        for k in (0..3).filter(|k| edges.sides[edges.of_side[3 * face + k] as usize] == 1) {
-            let [a, b] = [corners[k], corners[(k + 1) % 3]];
-            wall.triangles.extend([[b, a, a + count], [b, a + count, b + count]]);
-        }
-    }
-    wall
-}
-
-#[test]
-fn a_thin_wall_keeps_nine_tenths_of_its_thickness() {
-    for thickness in [0.004, 0.02] {
-        let wall = wall(thickness);
-        let original = read(encode(Format::PlyBinaryLittleEndian, &wall).unwrap());
-        let marked = mark(&original, Preset::Faithful, 1024);
-        let copy = read(marked.bytes);
-        let half = wall.points.len() / 2;
-        let (front, back) = copy.points().split_at(half);
-        let least = front.iter().zip(back).map(|(p, q)| (p - q).norm()).fold(f64::INFINITY, f64::min);
-        assert!(least > 0.9 * thickness, "{thickness} became {least}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! Groups of meshes: one of each kind that a mark has to live on.
 
 use nalgebra::{Point3, Vector3};
-use sombrero::mesh::Soup;
+use sombrero::mesh::{Edges, Soup};
 use sombrero::shapes;
 
 /// A mesh of every kind, with 1000 to 3000 vertices each.
@@ -50,6 +50,51 @@ pub fn joined(first: &Soup, second: &Soup) -> Soup {
     soup.points.extend(&second.points);
     soup.triangles.extend(second.triangles.iter().map(|corners| corners.map(|v| v + shift)));
     soup
+}
+
+/// A wavy tile whose left and right edges fit.
+pub fn tile() -> Soup {
+    let mut tile = shapes::open_sheet(24, 24);
+    let bounds = tile.bounding_box().unwrap();
+    for p in &mut tile.points {
+        let [x, y] = [p.x - bounds.min.x, p.y - bounds.min.y].map(|x| x / bounds.sides().x);
+        let turn = std::f64::consts::TAU;
+        *p = Point3::new(
+            x,
+            y,
+            0.1 * (turn * x).sin() * (2.0 * turn * y).cos() + 0.05 * (3.0 * turn * (x + y)).cos(),
+        );
+    }
+    tile
+}
+
+/// A surface about another, `gap` away along its normals.
+pub fn shell(body: &Soup, gap: f64) -> Soup {
+    let mut normals = vec![Vector3::zeros(); body.points.len()];
+    for corners in &body.triangles {
+        let [a, b, c] = corners.map(|v| body.points[v as usize]);
+        corners.iter().for_each(|&v| normals[v as usize] += (b - a).cross(&(c - a)));
+    }
+    let points = body.points.iter().zip(normals).map(|(p, n)| p + n.normalize() * gap).collect();
+    Soup::new(points, body.triangles.clone())
+}
+
+/// A plate with waves on both sides.
+pub fn wall(thickness: f64) -> Soup {
+    let front = tile();
+    let count = front.points.len() as u32;
+    let mut wall = front.clone();
+    wall.points.iter_mut().for_each(|p| p.z += thickness);
+    wall.points.extend(&front.points);
+    wall.triangles.extend(front.triangles.iter().map(|[a, b, c]| [a + count, c + count, b + count]));
+    let edges = Edges::new(front.points.len(), &front.triangles);
+    for (face, corners) in front.triangles.iter().enumerate() {
+        for k in (0..3).filter(|k| edges.sides[edges.of_side[3 * face + k] as usize] == 1) {
+            let [a, b] = [corners[k], corners[(k + 1) % 3]];
+            wall.triangles.extend([[b, a, a + count], [b, a + count, b + count]]);
+        }
+    }
+    wall
 }
 
 fn components() -> Soup {

@@ -1,7 +1,7 @@
 //! Walls and gaps: places that face each other, and how far apart they are.
 //!
 //! From the centre of every face and from every vertex a ray goes along the normal, outwards for a gap and inwards for a
-//! wall, to the first face that faces back: its normal n' has n · n' at most -cos 45°.
+//! wall, to the first face that faces back: its normal n' has n · n' at most -cos 30°.
 
 use crate::Assembly;
 use crate::sites::Sites;
@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use sombrero_mesh::{Edges, geometry};
 use sombrero_spatial::{Line, Surface};
 
-/// -cos 45°.
-const BACK: f64 = -std::f64::consts::FRAC_1_SQRT_2;
+/// -cos 30°: where two smooth surfaces are nearest they are parallel, and creases that are wider are no walls.
+const BACK: f64 = -0.866_025_403_784_438_6;
 
 /// Places that one task looks from.
 const CHUNK: usize = 256;

@@ -1,6 +1,6 @@
 //! A mesh file as the method sees it: one point a position, and a manifold mesh over the points.
 
-use crate::clearance::{factors, scaled};
+use crate::clearance::kept_apart;
 use crate::coupled::coupled;
 use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisError, BasisFunction, BasisOptions};
@@ -178,9 +178,9 @@ impl Model {
     /// What [`basis_for`](Self::basis_for) makes of a basis over points; `None` where it stays what it is.
     pub fn kept_apart(&self, basis: &Basis, options: &BasisOptions, epsilon: f64) -> Option<Basis> {
         let limited = options.function == BasisFunction::Field;
-        let factors = limited
-            .then(|| factors(basis, &self.assembly(), self.coupling(), self.largest_side(), epsilon))?;
-        factors.map(|factors| scaled(basis, &factors))
+        limited
+            .then(|| kept_apart(basis, &self.assembly(), self.coupling(), self.largest_side(), epsilon))
+            .flatten()
     }
 
     /// What keeps points together that meet at any of their places, or lie on something.

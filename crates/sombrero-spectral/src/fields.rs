@@ -39,7 +39,7 @@ pub struct FieldsOptions {
     pub turn: f64,
     /// How far the surface may move at that, root mean square in diagonals of the bounding box. Default 0.00038.
     pub reach: f64,
-    /// The noise that fields are to withstand, in largest sides. Default 0.002.
+    /// The noise that fields are to withstand, in largest sides. Default 0.003.
     pub noise: f64,
 }
 
@@ -53,7 +53,7 @@ impl Default for FieldsOptions {
             vertices: 3000,
             turn: 0.0041,
             reach: 0.00038,
-            noise: 0.002,
+            noise: 0.003,
         }
     }
 }

@@ -18,3 +18,4 @@ mod turning;
 mod visibility;
 
 pub use fields::{Field, Fields, FieldsError, FieldsOptions};
+pub use turning::expected_turns;

@@ -1,0 +1,86 @@
+//! Whole functions are made weaker.
+//!
+//! With a_pi the square of what function i uses of pair p's allowed change, the factors s_i² = u_i that
+//!
+//! ```text
+//! maximise Σ_i log u_i      with      Σ_i a_pi u_i ≤ 1 for every p,      u_i ≤ 1
+//! ```
+//!
+//! are u_i = min(1, 1/Σ_p λ_p a_pi), and the prices λ_p follow from λ_p ← λ_p Σ_i a_pi u_i, as those of optimal designs do
+//! (Silvey, Titterington and Torsney 1978).
+
+use super::scaled;
+use super::walls::Walls;
+use sombrero_basis::Basis;
+
+const ITERATIONS: usize = 40;
+
+/// More changes than these would take more memory than the basis.
+const MOST: usize = 20_000_000;
+
+/// The basis at this gain with each function times its factor; `None` where there are too many walls.
+pub(super) fn limited(basis: &Basis, walls: &Walls, gain: f64) -> Option<Basis> {
+    let changes = walls.changes(basis);
+    if changes.iter().map(Vec::len).sum::<usize>() > MOST {
+        return None;
+    }
+    let squared = |row: Vec<(u32, f64)>| row.into_iter().map(|(p, share)| (p, gain * gain * share * share));
+    let uses: Vec<Vec<(u32, f64)>> = changes.into_iter().map(|row| squared(row).collect()).collect();
+    let factors = factors(&uses, walls.pairs.len());
+    Some(scaled(basis, |i, _| gain * factors[i].sqrt()))
+}
+
+/// u, given for each function its a_pi.
+fn factors(uses: &[Vec<(u32, f64)>], pairs: usize) -> Vec<f64> {
+    let at = |prices: &[f64]| -> Vec<f64> {
+        let cost = |row: &Vec<(u32, f64)>| row.iter().map(|(p, a)| prices[*p as usize] * a).sum::<f64>();
+        uses.iter().map(|row| 1.0 / cost(row).max(1.0)).collect()
+    };
+    let mut prices = vec![1.0; pairs];
+    let mut factors = at(&prices);
+    for _ in 0..ITERATIONS {
+        let loads = loads(uses, &factors, pairs);
+        prices.iter_mut().zip(&loads).for_each(|(price, load)| *price *= load);
+        factors = at(&prices);
+    }
+    // What is still too much is taken from all who use it.
+    let loads = loads(uses, &factors, pairs);
+    let over = |row: &Vec<(u32, f64)>| {
+        row.iter().filter(|(_, a)| *a > 0.0).map(|(p, _)| loads[*p as usize]).fold(1.0, f64::max)
+    };
+    factors.iter().zip(uses).map(|(factor, row)| factor / over(row)).collect()
+}
+
+/// Σ_i a_pi u_i of each pair.
+fn loads(uses: &[Vec<(u32, f64)>], factors: &[f64], pairs: usize) -> Vec<f64> {
+    let mut loads = vec![0.0; pairs];
+    for (row, factor) in uses.iter().zip(factors) {
+        row.iter().for_each(|(p, a)| loads[*p as usize] += a * factor);
+    }
+    loads
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn functions_share_what_a_wall_allows() {
+        // One pair that two functions use four times over, and a third that has nothing to do with it.
+        let uses = [vec![(0, 4.0)], vec![(0, 4.0)], vec![]];
+        let factors = factors(&uses, 1);
+        assert!((factors[0] - 0.125).abs() < 1e-9 && (factors[1] - 0.125).abs() < 1e-9, "{factors:?}");
+        assert_eq!(factors[2], 1.0);
+    }
+
+    #[test]
+    fn every_wall_is_kept_and_one_that_allows_enough_costs_nothing() {
+        let uses = [vec![(0, 9.0), (1, 0.2)], vec![(1, 0.5), (2, 0.1)], vec![(0, 1.0), (2, 30.0)]];
+        let factors = factors(&uses, 3);
+        for load in loads(&uses, &factors, 3) {
+            assert!(load <= 1.0 + 1e-12, "{factors:?}");
+        }
+        assert_eq!(factors[1], 1.0);
+        assert!(factors[0] > 0.1 && factors[2] > 0.03, "{factors:?}");
+    }
+}

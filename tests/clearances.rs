@@ -1,0 +1,108 @@
+//! Walls, gaps and layers: what is close stays as far apart as it was, and nothing cuts anything.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use nalgebra::Point3;
+use proptest::prelude::*;
+use sombrero::fidelity::{Change, new_intersections};
+use sombrero::io::{Document, Format};
+use sombrero::mesh::Soup;
+use sombrero::shapes;
+use sombrero::watermark::{Preset, Secret};
+use sombrero::{EmbedOptions, embed};
+use sombrero_tests::{document, joined, shell, wall};
+
+/// The points of the copy of `soup` that this secret's mark makes.
+fn copy(soup: &Soup, preset: Preset, secret: u8) -> Vec<Point3<f64>> {
+    let original = document(Format::PlyBinaryLittleEndian, soup);
+    let options =
+        EmbedOptions { parameters: preset.parameters(), fewer_if_small: true, ..EmbedOptions::default() };
+    let marked = embed(&original, Secret([secret; 32]), &options).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap();
+    let moved = |(p, q): (&Point3<f64>, &Point3<f64>)| (q - p).norm();
+    assert!(soup.points.iter().zip(copy.points()).map(moved).fold(0.0, f64::max) > 1e-6, "nothing moved");
+    copy.points().to_vec()
+}
+
+/// The least distance of the points that `before` has at the same places of two lists.
+fn least(near: &[Point3<f64>], far: &[Point3<f64>]) -> f64 {
+    near.iter().zip(far).map(|(p, q)| (p - q).norm()).fold(f64::INFINITY, f64::min)
+}
+
+/// Vertices of `outer` on the inner side of the nearest face of `inner`.
+fn inside(outer: &[Point3<f64>], inner: &[Point3<f64>], triangles: &[[u32; 3]]) -> usize {
+    let surface = sombrero::spatial::Surface::new(inner, triangles);
+    let is_inside = |p: &&Point3<f64>| {
+        let closest = surface.closest(p).unwrap();
+        let [a, b, c] = triangles[closest.face as usize].map(|v| inner[v as usize]);
+        (b - a).cross(&(c - a)).dot(&(*p - closest.point)) < 0.0
+    };
+    outer.iter().filter(is_inside).count()
+}
+
+/// A body with shells about it, each so far from the one inside.
+fn nested(body: &Soup, gaps: &[f64]) -> Vec<Soup> {
+    let mut layers = vec![body.clone()];
+    for gap in gaps {
+        layers.push(shell(&layers[layers.len() - 1], *gap));
+    }
+    layers
+}
+
+/// Marks all layers together; fails unless each stays outside of the one before, at nine tenths of the gap.
+fn layers_stay_apart(layers: &[Soup], gaps: &[f64], preset: Preset, secret: u8) {
+    let all = layers.iter().cloned().reduce(|all, layer| joined(&all, &layer)).unwrap();
+    let after = copy(&all, preset, secret);
+    let parts: Vec<&[Point3<f64>]> = after.chunks(layers[0].points.len()).collect();
+    for (pair, gap) in parts.windows(2).zip(gaps) {
+        assert_eq!(inside(pair[1], pair[0], &layers[0].triangles), 0, "{gap}");
+        let left = least(pair[0], pair[1]);
+        assert!(left > 0.9 * gap, "{gap} became {left}");
+    }
+    assert_eq!(new_intersections(&Change::new(&all.points, &after, &all.triangles)), 0);
+}
+
+/// Marks a plate; fails unless it keeps nine tenths of its thickness.
+fn wall_stays_thick(thickness: f64, secret: u8) {
+    let wall = wall(thickness);
+    let after = copy(&wall, Preset::Faithful, secret);
+    let (front, back) = after.split_at(wall.points.len() / 2);
+    let left = least(front, back);
+    assert!(left > 0.9 * thickness, "{thickness} became {left}");
+    assert_eq!(new_intersections(&Change::new(&wall.points, &after, &wall.triangles)), 0);
+}
+
+#[test]
+fn a_shell_close_about_a_body_stays_outside() {
+    let body = shapes::bumpy_sphere(700);
+    for (gap, preset) in [(0.005, Preset::Robust), (0.005, Preset::Faithful), (0.02, Preset::Faithful)] {
+        layers_stay_apart(&nested(&body, &[gap]), &[gap], preset, 7);
+    }
+}
+
+#[test]
+fn a_thin_wall_keeps_nine_tenths_of_its_thickness() {
+    for thickness in [0.004, 0.02] {
+        wall_stays_thick(thickness, 7);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn random_nested_shells_keep_their_gaps(
+        logs in prop::collection::vec(-6.0..-3.0_f64, 1..3),
+        vertices in 300..900_usize,
+        secret in any::<u8>(),
+    ) {
+        let gaps: Vec<f64> = logs.iter().map(|log| log.exp()).collect();
+        let body = shapes::bumpy_sphere(vertices);
+        layers_stay_apart(&nested(&body, &gaps), &gaps, Preset::Faithful, secret);
+    }
+
+    #[test]
+    fn random_walls_keep_their_thickness(log in -7.0..-2.5_f64, secret in any::<u8>()) {
+        wall_stays_thick(log.exp(), secret);
+    }
+}
