@@ -1,6 +1,6 @@
 //! What commands say when all goes well.
 
-use crate::shared::{
+use super::shared::{
     Field, PROGRAM, assert_clean, assert_fields, assert_holds, count, no, null, number, object, text, texts,
     workshop, yes,
 };

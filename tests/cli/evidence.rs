@@ -1,6 +1,6 @@
 //! Verification, the demo, reports and pictures.
 
-use crate::shared::{
+use super::shared::{
     PROGRAM, arguments, assert_clean, assert_fields, assert_holds, number, refused, workshop, yes,
 };
 use sombrero_tests::Workshop;

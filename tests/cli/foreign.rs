@@ -1,6 +1,6 @@
 //! Foreign text: names, recipients, owners and programs that try to be more than a part of a line.
 
-use crate::shared::{assert_holds, workshop};
+use super::shared::{assert_holds, workshop};
 use serde_json::Value;
 use sombrero_tests::{Ran, Workshop};
 use std::ffi::OsString;

@@ -1,6 +1,6 @@
 //! Keys and secrets that are refused.
 
-use crate::shared::{arguments, refused, workshop};
+use super::shared::{arguments, refused, workshop};
 use serde_json::Value;
 use sombrero::io::{Document, Format, encode};
 use sombrero::shapes;

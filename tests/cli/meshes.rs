@@ -1,6 +1,6 @@
 //! Inputs that are no mesh, and meshes that cannot carry a mark.
 
-use crate::shared::{arguments, assert_holds, refused, workshop};
+use super::shared::{arguments, assert_holds, refused, workshop};
 use sombrero::io::{Format, encode};
 use sombrero::mesh::Soup;
 use sombrero::shapes;

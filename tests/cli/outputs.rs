@@ -1,6 +1,6 @@
 //! Outputs: what is replaced, what never, and what is left behind.
 
-use crate::shared::{PROGRAM, arguments, refused, workshop};
+use super::shared::{PROGRAM, arguments, refused, workshop};
 use sombrero_tests::Workshop;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::process::Stdio;

@@ -1,6 +1,6 @@
 //! Prepared files: what they change, and what they must not.
 
-use crate::shared::{
+use super::shared::{
     arguments, assert_clean, assert_fields, assert_holds, count, no, refused, workshop, yes,
 };
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! Sizes and places, from the smallest to what no number holds.
 
-use crate::shared::{PROGRAM, arguments, assert_clean, number, refused};
+use super::shared::{PROGRAM, arguments, assert_clean, number, refused};
 use sombrero::io::{Format, encode};
 use sombrero::shapes;
 use sombrero_tests::{Workshop, mapped, ply, samples};

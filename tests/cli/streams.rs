@@ -1,6 +1,6 @@
 //! Names, pipes and streams.
 
-use crate::shared::{arguments, assert_clean, assert_holds, refused, workshop};
+use super::shared::{arguments, assert_clean, assert_holds, refused, workshop};
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStrExt;
 use std::process::Stdio;

@@ -1,6 +1,6 @@
 //! Command lines that make no sense.
 
-use crate::shared::{arguments, assert_clean, assert_holds, for_programs, misused, refused, workshop};
+use super::shared::{arguments, assert_clean, assert_holds, for_programs, misused, refused, workshop};
 
 #[test]
 fn attacks_that_make_no_sense_are_refused() {

@@ -1,7 +1,8 @@
 //! Walls and gaps: places that face each other, and how far apart they are.
 //!
 //! From the centre of every face and from every vertex a ray goes along the normal, outwards for a gap and inwards for a
-//! wall, to the first face that faces back: its normal n' has n · n' at most -cos 30°.
+//! wall, to the first face that is nearly parallel: its normal n' has |n · n'| at least cos 30°. Faces of walls look away from
+//! each other, those of a layer above a body look the same way.
 
 use crate::Assembly;
 use crate::sites::Sites;
@@ -10,8 +11,8 @@ use rayon::prelude::*;
 use sombrero_mesh::{Edges, geometry};
 use sombrero_spatial::{Line, Surface};
 
-/// -cos 30°: where two smooth surfaces are nearest they are parallel, and creases that are wider are no walls.
-const BACK: f64 = -0.866_025_403_784_438_6;
+/// cos 30°: where two smooth surfaces are nearest they are parallel, and creases that are wider are no walls.
+const PARALLEL: f64 = 0.866_025_403_784_438_6;
 
 /// Places that one task looks from.
 const CHUNK: usize = 256;
@@ -101,7 +102,7 @@ impl Search<'_> {
             let back = self.normals[face as usize];
             let its = self.sites.triangles[face as usize];
             back.norm_squared() > 0.0
-                && back.dot(&normal) <= BACK * back.norm()
+                && back.dot(&normal).abs() >= PARALLEL * back.norm()
                 && !its.iter().any(|v| own.contains(v))
         };
         let seen = |direction: Vector3<f64>| {

@@ -35,7 +35,7 @@ pub struct FieldsOptions {
     pub share: f64,
     /// Vertices of the level that fields are sought on. Default 3000.
     pub vertices: usize,
-    /// How far normals are to turn in the end, root mean square by area in radians. Default 0.0041, 0.235 degrees.
+    /// How far normals are to turn in the end, root mean square by area in radians. Default 0.0038, 0.22 degrees.
     pub turn: f64,
     /// How far the surface may move at that, root mean square in diagonals of the bounding box. Default 0.00038.
     pub reach: f64,
@@ -51,7 +51,7 @@ impl Default for FieldsOptions {
             most: usize::MAX,
             share: 0.12,
             vertices: 3000,
-            turn: 0.0041,
+            turn: 0.0038,
             reach: 0.00038,
             noise: 0.003,
         }

@@ -41,7 +41,7 @@ pub(crate) struct Args {
     /// How many coefficients carry the mark. Default: the preset's, or fewer on a small mesh.
     #[arg(long, value_name = "N")]
     coefficients: Option<usize>,
-    /// Strength of the mark. Default: the preset's, 0.004 (radians that normals turn by), 0.0088 or 0.01.
+    /// Strength of the mark. Default: the preset's, 0.0038 (radians that normals turn by), 0.0088 or 0.01.
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = finite)]
     epsilon: Option<f64>,
     /// Lower epsilon so far that no vertex moves by more than this, in the units of the model, before the file rounds
