@@ -102,8 +102,8 @@ fn the_default_presets_basis_is_pinned() {
     assert_eq!(
         [shapes::bumpy_sphere(1000), shapes::part(10)].map(|soup| digest(&soup)),
         [
-            "21ff8654d3bc8f89390e9dd885ef63786608e0d190cb570f442c5c633e2a7549",
-            "b3a12fd86714c165e1d51f3e3f5b1af12a28a972bf021721ab6ea34ea253cda1",
+            "810bf4d063d5c8557c2ea638dd6084ca243ead64ab5dcec1fb553742a0c0b911",
+            "f3d4bddeb9245f478b060514abbfc77189db0adf3a1df4663920b490d42c540c",
         ]
     );
 }
