@@ -1,10 +1,11 @@
 //! The fidelity of a change, for people.
 
+use crate::lengths::length;
 use crate::table::Table;
 use sombrero::fidelity::Fidelity;
 
 /// What is seen of a change, and what it does to parts that must fit, as far as there are any.
-pub(crate) fn rows(fidelity: &Fidelity) -> Table {
+pub(crate) fn rows(fidelity: &Fidelity, unit: Option<&str>) -> Table {
     let Fidelity { mrms, normals_rms, normals_p99, msdm2, flat_dihedral, flatness, .. } = fidelity;
     let surface = format!("MRMS {:.4} % of the diagonal, MSDM2 {msdm2:.3}", mrms * 100.0);
     let normals = format!("turned by {normals_rms:.2} degrees rms, {normals_p99:.2} at the 99th percentile");
@@ -16,5 +17,8 @@ pub(crate) fn rows(fidelity: &Fidelity) -> Table {
         .row("surface", surface)
         .row("normals", normals)
         .rows("flat", (!flat.is_empty()).then(|| format!("bent {}", flat.join(", "))))
-        .rows("walls, gaps", walls.map(|(before, after)| format!("thinnest {before:.4e}, now {after:.4e}")))
+        .rows(
+            "walls, gaps",
+            walls.map(|(before, after)| format!("thinnest {}, now {}", length(before, unit), length(after, unit))),
+        )
 }

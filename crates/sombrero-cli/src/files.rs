@@ -42,13 +42,14 @@ fn read_standard_input(limits: Limits) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// Files with a mesh's extension directly in a folder, in the order of their names.
-pub(crate) fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let is_mesh = |path: &PathBuf| {
-        let extension = path.extension().and_then(OsStr::to_str);
-        extension.and_then(Format::from_extension).is_some() && path.is_file()
-    };
-    let meshes: Vec<PathBuf> = entries(folder)?.into_iter().filter(is_mesh).collect();
+/// Folders below a folder of meshes are looked into this deep.
+const DEEPEST: usize = 16;
+
+/// Files with a mesh's extension in a folder and those below it, in the order of their names; not in the folder `without`,
+/// nor behind links to folders, which may lead in circles.
+pub(crate) fn meshes_in(folder: &Path, without: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
+    let mut meshes = Vec::new();
+    list_meshes(folder, without.and_then(|path| path.canonicalize().ok()).as_deref(), DEEPEST, &mut meshes)?;
     if meshes.is_empty() {
         let message = format!(
             "{}: not a regular file, but a folder without mesh files; give another one",
@@ -57,6 +58,29 @@ pub(crate) fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
         return Err(Failure::new("read", message));
     }
     Ok(meshes)
+}
+
+fn list_meshes(
+    folder: &Path,
+    without: Option<&Path>,
+    depth: usize,
+    found: &mut Vec<PathBuf>,
+) -> Result<(), Failure> {
+    let is_mesh = |path: &Path| {
+        let extension = path.extension().and_then(OsStr::to_str);
+        extension.and_then(Format::from_extension).is_some() && path.is_file()
+    };
+    for path in entries(folder)? {
+        let is_folder = path.symlink_metadata().is_ok_and(|found| found.is_dir());
+        if is_folder && depth > 0 {
+            if without.is_none() || path.canonicalize().ok().as_deref() != without {
+                list_meshes(&path, without, depth - 1, found)?;
+            }
+        } else if is_mesh(&path) {
+            found.push(path);
+        }
+    }
+    Ok(())
 }
 
 /// The entries of a folder, in the order of the names.
@@ -137,6 +161,22 @@ pub(crate) fn write_all(outputs: &[Output<'_>], force: bool) -> Result<(), Failu
     Ok(())
 }
 
+/// Refuses a name that says another format than the content of the file will have.
+pub(crate) fn check_format(output: &Path, document: &Document) -> Result<(), Failure> {
+    let extension = output.extension().and_then(OsStr::to_str).filter(|_| !is_standard(output));
+    let named = extension.and_then(Format::from_extension);
+    if named.is_none_or(|named| named.extension() == document.extension()) {
+        return Ok(());
+    }
+    let (format, would_do) = (document.format(), output.with_extension(document.extension()));
+    let message = format!(
+        "{}: the output will be {format}, as its input is; give it a name such as {}",
+        output.display(),
+        would_do.display()
+    );
+    Err(Failure::new("usage", message))
+}
+
 /// The answer of a command that wrote to `output`: out of the way if that was standard output.
 pub(crate) fn answered(output: &Path, answer: Answer) -> Outcome {
     if is_standard(output) { Outcome::Aside(answer) } else { Outcome::Answer(answer) }
@@ -152,7 +192,12 @@ pub(crate) fn check_standard_output(output: &Path, context: &Context) -> Result<
 }
 
 pub(crate) fn read_key(path: &Path) -> Result<Key, Failure> {
-    parse_key(path, &read_small(path, LARGEST_KEY)?)
+    parse_key(path, &read_key_file(path)?)
+}
+
+/// The content of a key file.
+pub(crate) fn read_key_file(path: &Path) -> Result<Vec<u8>, Failure> {
+    read_small(path, LARGEST_KEY, "a key that `embed` wrote")
 }
 
 /// A key from what the file holds.
@@ -178,7 +223,7 @@ const SECRET: &str = "SOMBRERO_SECRET";
 /// The secret in a file of 64 hexadecimal digits, or in the environment, if one is given.
 pub(crate) fn given_secret(path: Option<&Path>) -> Result<Option<Secret>, Failure> {
     let (text, place) = match (path, std::env::var_os(SECRET)) {
-        (Some(path), _) => (String::from_utf8_lossy(&read_small(path, 4096)?).into_owned(), path),
+        (Some(path), _) => (String::from_utf8_lossy(&read_small(path, 4096, "a file with 64 hexadecimal digits")?).into_owned(), path),
         (None, Some(value)) => (value.to_string_lossy().into_owned(), Path::new(SECRET)),
         (None, None) => return Ok(None),
     };
@@ -197,10 +242,20 @@ pub(crate) fn new_secret() -> Result<Secret, Failure> {
     }
 }
 
-/// The whole of a regular file, or of standard input, that is no larger than `most` bytes.
-pub(crate) fn read_small(path: &Path, most: u64) -> Result<Vec<u8>, Failure> {
+/// The whole of a regular file, or of standard input, that is no larger than `most` bytes. `what` it should be is said
+/// where it is none.
+pub(crate) fn read_small(path: &Path, most: u64, what: &str) -> Result<Vec<u8>, Failure> {
     let limits = Limits::default().with_max_bytes(most);
-    if is_standard(path) { read_standard_input(limits) } else { Ok(read_bytes(path, limits)?) }
+    if is_standard(path) {
+        return read_standard_input(limits);
+    }
+    match read_bytes(path, limits) {
+        Err(ReadError::NotAFile { .. }) => {
+            let found = if path.is_dir() { "a folder" } else { "not a regular file" };
+            Err(Failure::new("read", format!("{}: {found}; give the path of {what}", path.display())))
+        }
+        read => Ok(read?),
+    }
 }
 
 pub(crate) fn overwrite(force: bool) -> Overwrite {

@@ -5,6 +5,7 @@ use crate::files;
 use crate::table::Table;
 use serde::Serialize;
 use sombrero::watermark::Key;
+use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -26,13 +27,32 @@ impl Skipped {
         Self { key: path.display().to_string(), reason: reason.to_string() }
     }
 
-    /// For people.
+    /// For people: keys that were left out for the same reason are one line.
     pub(crate) fn rows(skipped: &[Self]) -> Table {
-        let more = skipped.len().saturating_sub(MOST_SHOWN);
+        let reasons = reasons(skipped);
+        let more: usize = reasons.iter().skip(MOST_SHOWN).map(|(_, keys)| keys.len()).sum();
+        let line = |(reason, keys): &(&str, Vec<&str>)| match keys.as_slice() {
+            [key] => format!("{key}: {reason}"),
+            keys => format!("{} keys: {reason}", keys.len()),
+        };
         Table::default()
-            .rows("left out", skipped.iter().take(MOST_SHOWN).map(|s| format!("{}: {}", s.key, s.reason)))
+            .rows("left out", reasons.iter().take(MOST_SHOWN).map(line))
             .rows("left out", (more > 0).then(|| format!("and {more} more keys; --json has all")))
     }
+}
+
+/// The reasons, each with the keys that it holds for, in the order of the first.
+fn reasons(skipped: &[Skipped]) -> Vec<(&str, Vec<&str>)> {
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    for Skipped { key, reason } in skipped {
+        let place = *places.entry(reason).or_insert(reasons.len());
+        match reasons.get_mut(place) {
+            Some((_, keys)) => keys.push(key),
+            None => reasons.push((reason, vec![key])),
+        }
+    }
+    reasons
 }
 
 /// The content of a folder: keys, each with its file, and those that could not be read.
@@ -50,7 +70,7 @@ impl KeyFolder {
         list(folder, DEEPEST, &mut files)?;
         let (mut paths, mut keys, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
         for path in files {
-            let bytes = match files::read_small(&path, files::LARGEST_KEY) {
+            let bytes = match files::read_key_file(&path) {
                 Ok(bytes) if bytes.trim_ascii_start().starts_with(b"{") => bytes,
                 // Meshes, pages, prepared files.
                 Ok(_) => continue,
@@ -87,11 +107,15 @@ fn list(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), Fai
 }
 
 pub(crate) fn no_keys(folder: &Path, skipped: &[Skipped]) -> Failure {
-    let first = skipped.first().map(|s| format!(" ({}: {})", s.key, s.reason));
+    let why = match (skipped, reasons(skipped).as_slice()) {
+        ([], _) => String::new(),
+        ([only], _) => format!(" ({}: {})", only.key, only.reason),
+        (all, [(reason, _)]) => format!(" (all {} keys in it: {reason})", all.len()),
+        ([first, rest @ ..], _) => format!(" ({}: {}; and {} more)", first.key, first.reason, rest.len()),
+    };
     let message = format!(
-        "{}: no key for this original in this folder{}; give the folder where `embed` wrote the keys",
+        "{}: no key for this original in this folder{why}; give the folder where `embed` wrote the keys",
         folder.display(),
-        first.unwrap_or_default()
     );
     Failure::new("keys", message)
 }

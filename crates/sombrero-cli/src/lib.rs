@@ -10,13 +10,14 @@ mod failure;
 mod fidelity;
 mod files;
 mod key_folder;
+mod lengths;
 mod progress;
 mod table;
 mod terminal;
 mod timestamp;
 
 use answer::{Context, Outcome};
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use cli::{Cli, Command};
 use failure::Failure;
 use progress::Verbosity;
@@ -71,6 +72,45 @@ fn set_threads(threads: Option<usize>) -> Result<(), Failure> {
     built.map_err(|e| Failure::new("usage", format!("--threads {count} cannot be had: {e}")))
 }
 
+/// What people call commands elsewhere.
+const OTHER_NAMES: [(&str, &str); 20] = [
+    ("mark", "embed"),
+    ("watermark", "embed"),
+    ("sign", "embed"),
+    ("insert", "embed"),
+    ("encode", "embed"),
+    ("protect", "embed"),
+    ("extract", "detect"),
+    ("find", "detect"),
+    ("check", "detect"),
+    ("decode", "detect"),
+    ("scan", "detect"),
+    ("identify", "trace"),
+    ("who", "trace"),
+    ("leak", "trace"),
+    ("diff", "compare"),
+    ("distance", "compare"),
+    ("view", "render"),
+    ("show", "info"),
+    ("inspect", "info"),
+    ("timestamp", "commit"),
+];
+
+/// What was meant by a word that is not known, as far as there is a guess.
+fn suggestion(error: &clap::Error) -> Option<String> {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.clone()),
+        Some(ContextValue::Strings(texts)) => texts.first().cloned(),
+        _ => None,
+    };
+    let other = || {
+        let typed = text(ContextKind::InvalidSubcommand)?.to_lowercase();
+        OTHER_NAMES.iter().find(|(name, _)| *name == typed).map(|(_, known)| (*known).to_owned())
+    };
+    let kinds = [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg, ContextKind::SuggestedValue];
+    other().or_else(|| kinds.into_iter().find_map(text))
+}
+
 /// Help and version go to stdout with status 0; wrong usage is a failure like any other, in one sentence.
 fn usage(error: &clap::Error, json: bool) -> ExitCode {
     let help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
@@ -80,7 +120,8 @@ fn usage(error: &clap::Error, json: bool) -> ExitCode {
         let paragraph: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let sentence = paragraph.join(" ");
         let sentence = sentence.trim_start_matches("error: ");
-        return Failure::new("usage", format!("{sentence}; see --help")).report(json);
+        let cure = suggestion(error).map_or_else(|| "see --help".to_owned(), |it| format!("did you mean `{it}`?"));
+        return Failure::new("usage", format!("{sentence}; {cure}")).report(json);
     }
     // A closed pipe is no reason to panic.
     let _ = error.print();

@@ -60,7 +60,7 @@ impl Stamp {
 /// The certificates of `--ca`, or none.
 pub(crate) fn anchors(path: Option<&Path>) -> Result<TrustAnchors, Failure> {
     let Some(path) = path else { return Ok(TrustAnchors::none()) };
-    let pem = files::read_small(path, LARGEST_BUNDLE)?;
+    let pem = files::read_small(path, LARGEST_BUNDLE, "certificates in PEM")?;
     TrustAnchors::from_pem(&pem).map_err(|e| Failure::about("timestamp", path, &e))
 }
 

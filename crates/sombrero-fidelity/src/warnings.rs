@@ -1,6 +1,6 @@
 //! What the owner of a model should know of a change, in sentences.
 
-use crate::Fidelity;
+use crate::{Fidelity, digits};
 
 /// Normals that turn by more than this show on flat faces, in degrees rms: on a machined part nothing was seen side by side
 /// at 0.29, and dents at once at 1.18.
@@ -53,7 +53,9 @@ impl Fidelity {
         let (before, after) = self.thinnest_before.zip(self.thinnest_after)?;
         (after < THINNED * before).then(|| {
             format!(
-                "A wall or gap of {before:.3e} becomes {after:.3e} thin; lower epsilon, or allow a smaller displacement."
+                "A wall or gap of {} becomes {} thin; lower epsilon, or allow a smaller displacement.",
+                digits(before, 3),
+                digits(after, 3)
             )
         })
     }
@@ -73,7 +75,9 @@ impl Fidelity {
         let (before, after) = (self.widest_crack_before, self.widest_crack_after);
         (after - before > OPENED * self.diagonal).then(|| {
             format!(
-                "Points that met come apart by {after:.3e} (before: {before:.3e}); join the parts, or mark them as one mesh."
+                "Points that met come apart by {} (before: {}); join the parts, or mark them as one mesh.",
+                digits(after, 3),
+                digits(before, 3)
             )
         })
     }

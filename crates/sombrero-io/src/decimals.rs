@@ -301,7 +301,9 @@ pub(crate) fn respelled(source: &[u8], words: &[(Range<usize>, &Spelling)]) -> V
     let mut splice = Splice::new(source);
     for (span, spelling) in words {
         let word = source.get(span.clone()).unwrap_or_default();
-        if let Some(value) = text::number(word).filter(|_| !spelling.has(word)) {
+        // What is no number says nothing of a vertex, and stays.
+        let value = text::number(word).filter(|value| value.is_finite());
+        if let Some(value) = value.filter(|_| !spelling.has(word)) {
             splice.replace(span.clone(), |out| spelling.push(out, spelling.filled(word, value)));
         }
     }

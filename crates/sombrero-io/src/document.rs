@@ -10,12 +10,13 @@ use sombrero_mesh::{Scene, Soup};
 use crate::coordinate::check_finite;
 use crate::decimals::{self, Decimals, Survey};
 use crate::error::{ParseError, ReadError, WriteError};
-use crate::family::Family;
+use crate::family::{Evidence, Family};
 use crate::format::Format;
 use crate::input::{Limits, Source, read_bytes};
 use crate::parsed::{Companion, Original, Parsed, Rewrite, Rewritten};
 use crate::registry;
 use crate::text;
+use crate::{polygon, unplaced};
 
 /// A mesh file: all its bytes, and where among them the vertex positions stand.
 ///
@@ -58,14 +59,17 @@ impl Document {
         if bytes.is_empty() {
             return Err(ParseError::Empty);
         }
-        let family = registry::recognise(&bytes, extension).ok_or(ParseError::Unrecognised)?;
-        if family.is_text && text::has_utf16_mark(&bytes) {
+        let family = registry::recognise(&bytes, extension);
+        // A binary file may begin so by chance, but has more to show than its name.
+        let by_content = family.is_some_and(|family| (family.recognise)(&bytes) >= Evidence::Likely);
+        if !by_content && text::is_utf16(&bytes) {
             return Err(ParseError::Unsupported {
                 what: "UTF-16 text".into(),
                 cure: "save the file as UTF-8",
             });
         }
-        let mut parsed = (family.parse)(Source { bytes: &bytes, folder, limits }).map_err(|source| {
+        let family = family.ok_or(ParseError::Unrecognised)?;
+        let mut parsed = parsed(family, Source { bytes: &bytes, folder, limits }).map_err(|source| {
             match extension.and_then(registry::by_extension) {
                 Some(named) if named.name != family.name => {
                     ParseError::Guessed { name: family.name, source: Box::new(source) }
@@ -80,6 +84,9 @@ impl Document {
             let note =
                 "Meshes are shown more than once; sizes and topology are of each where it is shown first.";
             parsed.notes.push(note.into());
+        }
+        if !parsed.unplaced.is_empty() {
+            parsed.notes.push(unplaced::note(parsed.unplaced.len()));
         }
         Ok(Self { bytes, family, parsed })
     }
@@ -155,13 +162,18 @@ impl Document {
 
     /// Vertex positions in the file's order. STL stores no vertices but three corners for each facet.
     ///
+    /// What stands for a vertex that no face uses may be anything. Where it is no position, the vertex has that of
+    /// another one here and keeps its bytes whatever happens.
+    ///
     /// glTF and 3MF store meshes that a scene places once or many times: each stored mesh comes once, where the
     /// scene shows it first.
     pub fn points(&self) -> &[Point3<f64>] {
         &self.parsed.soup.points
     }
 
-    /// Triangles as indices into [`points`](Self::points), in the file's order, polygons split as fans.
+    /// Triangles as indices into [`points`](Self::points), in the file's order. Polygons are split as fans around their
+    /// first corner, and where that would cover what is outside of one, by ear clipping, which depends on positions: see
+    /// [`soup_like`](Self::soup_like).
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.parsed.soup.triangles
     }
@@ -169,6 +181,26 @@ impl Document {
     /// Triangles with every instance of every mesh counted.
     pub fn triangles_with_instances(&self) -> u64 {
         (self.parsed.soup.triangles.len() as u64).saturating_add(self.parsed.repeated_triangles)
+    }
+
+    /// The unit of the file's lengths, as people abbreviate it, if the format has one: `mm` or another of a 3MF, `m` of glTF.
+    pub fn unit(&self) -> Option<&str> {
+        match self.format() {
+            Format::Gltf | Format::Glb => Some("m"),
+            Format::ThreeMf => {
+                let named = self.attributes().iter().find_map(|name| name.strip_prefix("unit "))?;
+                let units = [
+                    ("micron", "µm"),
+                    ("millimeter", "mm"),
+                    ("centimeter", "cm"),
+                    ("inch", "in"),
+                    ("foot", "ft"),
+                    ("meter", "m"),
+                ];
+                units.iter().find(|(name, _)| *name == named).map(|(_, short)| *short)
+            }
+            _ => None,
+        }
     }
 
     /// What is unusual about the file, in sentences: meshes that no scene shows or one that it shows more than once,
@@ -185,6 +217,16 @@ impl Document {
     /// Points and triangles together.
     pub fn soup(&self) -> &Soup {
         &self.parsed.soup
+    }
+
+    /// Points and triangles, with all polygons split as `triangles` are, if those are the same faces: a copy whose vertices
+    /// moved has the triangles of its original then. Otherwise the same as [`soup`](Self::soup).
+    pub fn soup_like(&self, triangles: &[[u32; 3]]) -> Cow<'_, Soup> {
+        let Parsed { soup, polygons, .. } = &self.parsed;
+        if soup.triangles == triangles || !polygon::same_faces(&soup.triangles, polygons, triangles) {
+            return Cow::Borrowed(soup);
+        }
+        Cow::Owned(Soup::new(soup.points.clone(), triangles.to_vec()))
     }
 
     /// Where else the scene shows vertices, and how finely the file stores them. Of instances without end, as many
@@ -229,7 +271,9 @@ impl Document {
             return Err(WriteError::WrongCount { given: points.len(), expected });
         }
         check_finite(points)?;
-        let Parsed { layout, soup, companions, .. } = &self.parsed;
+        let Parsed { layout, soup, companions, unplaced, .. } = &self.parsed;
+        let held = (!unplaced.is_empty()).then(|| unplaced::kept(points, soup, unplaced));
+        let points = held.as_deref().unwrap_or(points);
         let original = Original { bytes: &self.bytes, soup, companions };
         if how.renew_normals
             && let Some(bytes) = layout.turn_normals(&original, points)?
@@ -277,9 +321,18 @@ impl Document {
     /// The document of the same file with other numbers in it: what was read once can be read again.
     fn read_again(&self, bytes: Vec<u8>) -> Option<Self> {
         let source = Source { bytes: &bytes, folder: None, limits: Limits::unlimited() };
-        let parsed = (self.family.parse)(source).ok()?;
+        let parsed = parsed(self.family, source).ok()?;
         Some(Self { bytes, family: self.family, parsed })
     }
+}
+
+/// What a reader of the format finds, with polygons split and no vertex that stands nowhere.
+fn parsed(family: &'static Family, source: Source<'_>) -> Result<Parsed, ParseError> {
+    let mut parsed = (family.parse)(source)?;
+    let layout = &parsed.layout;
+    parsed.unplaced = unplaced::settle(&mut parsed.soup, |vertex| layout.misplaced(source.bytes, vertex))?;
+    polygon::split(&mut parsed.soup, &parsed.polygons);
+    Ok(parsed)
 }
 
 #[cfg(test)]

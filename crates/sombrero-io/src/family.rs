@@ -18,8 +18,6 @@ pub(crate) struct Family {
     pub(crate) recognise: fn(&[u8]) -> Evidence,
     /// The reader.
     pub(crate) parse: fn(Source<'_>) -> Result<Parsed, ParseError>,
-    /// Whether files are text and nothing else.
-    pub(crate) is_text: bool,
     /// Why a file that is well-formed has no vertices.
     pub(crate) empty: ParseError,
 }

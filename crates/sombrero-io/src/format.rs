@@ -15,6 +15,8 @@ pub enum Format {
     PlyBinaryBigEndian,
     /// OFF and its variants with colours, normals or texture coordinates.
     Off,
+    /// OFF in binary.
+    OffBinary,
     /// STL as text.
     StlAscii,
     /// STL in 50-byte records.

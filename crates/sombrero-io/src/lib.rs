@@ -26,6 +26,7 @@ mod splice;
 mod stl;
 mod text;
 mod threemf;
+mod unplaced;
 
 #[cfg(test)]
 mod testing;

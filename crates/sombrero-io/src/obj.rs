@@ -1,7 +1,7 @@
 //! Wavefront OBJ: lines of text, each a keyword and its words.
 //!
-//! Read: `v` and `f` (polygons, negative indices, every form of `v/vt/vn`), with comments, any line end and
-//! lines joined by a backslash. Everything else (texture coordinates, normals, groups, materials, lines,
+//! Read: `v` and `f` (polygons, negative indices, every form of `v/vt/vn`), with comments, any line end, lines joined by
+//! a backslash, and keywords in small letters or capitals. Everything else (texture coordinates, normals, groups, materials, lines,
 //! curves, weights and colours behind a position) is kept unread. Only the three coordinates of `v` lines are
 //! rewritten.
 
@@ -11,6 +11,7 @@ use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
 use crate::attributes::Attributes;
+use crate::coordinate::is_finite;
 use crate::decimals::Words;
 use crate::error::{ParseError, Place, WriteError};
 use crate::family::{Evidence, Family, Variant};
@@ -18,7 +19,7 @@ use crate::format::Format;
 use crate::input::{Limits, Source};
 use crate::normals::{self, Stored};
 use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
-use crate::polygon;
+use crate::polygon::Faces;
 use crate::text::{self, Joining, Lines};
 
 /// The format's row.
@@ -27,7 +28,6 @@ pub(crate) static FAMILY: Family = Family {
     variants: &[&OBJ],
     recognise: |bytes| Evidence::Likely.when(is_obj(bytes)),
     parse,
-    is_text: true,
     empty: ParseError::NoVertices,
 };
 
@@ -67,12 +67,34 @@ fn is_obj(bytes: &[u8]) -> bool {
     let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
     lines.first_word().is_some_and(|word| {
         let keyword = &bytes[word];
-        matches!(keyword, b"v" | b"f" | b"fo") || statement_name(keyword).is_some()
+        Statement::of(keyword) != Statement::Other || statement_name(keyword).is_some()
     })
 }
 
+/// The statements that geometry is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Statement {
+    Vertex,
+    Normal,
+    Face,
+    Other,
+}
+
+impl Statement {
+    fn of(keyword: &[u8]) -> Self {
+        match keyword {
+            b"v" | b"V" => Self::Vertex,
+            b"f" | b"F" => Self::Face,
+            [b'v' | b'V', b'n' | b'N'] => Self::Normal,
+            // What came before `f`.
+            [b'f' | b'F', b'o' | b'O'] => Self::Face,
+            _ => Self::Other,
+        }
+    }
+}
+
 fn statement_name(keyword: &[u8]) -> Option<&'static str> {
-    STATEMENTS.iter().find(|(known, _)| *known == keyword).map(|(_, name)| *name)
+    STATEMENTS.iter().find(|(known, _)| keyword.eq_ignore_ascii_case(known)).map(|(_, name)| *name)
 }
 
 /// Where the coordinates stand.
@@ -93,6 +115,11 @@ impl parsed::Layout for Layout {
         Ok(text::rewrite_points(bytes, &self.slots, Joining::Backslash, &soup.points, points).into())
     }
 
+    fn misplaced(&self, bytes: &[u8], vertex: usize) -> ParseError {
+        let slot = self.slots.get(vertex).map_or(&[][..], std::slice::from_ref);
+        text::misplaced(bytes, text::words_of_points(bytes, slot, Joining::Backslash))
+    }
+
     fn words(&self, original: &Original<'_>) -> Option<Words> {
         let coordinates = text::words_of_points(original.bytes, &self.slots, Joining::Backslash);
         Some(Words { coordinates, ..Words::default() })
@@ -103,7 +130,7 @@ impl parsed::Layout for Layout {
         original: &Original<'_>,
         points: &[Point3<f64>],
     ) -> Result<Option<Vec<u8>>, WriteError> {
-        let Some(normals) = normals(original.bytes) else { return Ok(None) };
+        let Some(normals) = normals(original.bytes, &original.soup.triangles) else { return Ok(None) };
         let (old, new) = normals.turned(original.soup, points);
         let slots = &normals.slots;
         Ok(Some(text::rewrite_points(original.bytes, slots, Joining::Backslash, &old, &new)))
@@ -114,37 +141,47 @@ impl parsed::Layout for Layout {
 fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     let Source { bytes, limits, .. } = source;
     let reader = Reader::new(bytes, limits, None).run()?;
-    let count = reader.soup.points.len();
+    let count = reader.points.len();
     if reader.needed > count {
         // Faces may come before their vertices, so only now is it known that one is wrong; a second run, which
         // knows the count, stops at its line.
         Reader::new(bytes, limits, Some(count)).run()?;
     }
     let draws_loose = reader.attributes.has("lines") || reader.attributes.has("points");
-    let parsed = Parsed::new(Format::Obj, reader.soup, reader.attributes, Layout { slots: reader.slots });
-    Ok(Parsed { draws_loose, ..parsed })
+    let Reader { points, faces: Faces { triangles, polygons }, attributes, slots, .. } = reader;
+    let parsed = Parsed::new(Format::Obj, Soup::new(points, triangles), attributes, Layout { slots });
+    Ok(Parsed { draws_loose, polygons, ..parsed })
 }
 
-/// The normals of `vn` lines, and which corner of which triangle refers to which; `None` if there are none or if
+/// The normals of `vn` lines, and which corner of which of the `triangles` refers to which; `None` if there are none or if
 /// they are not what they should be. `bytes` were read before.
-fn normals(bytes: &[u8]) -> Option<Stored> {
+fn normals(bytes: &[u8], triangles: &[[u32; 3]]) -> Option<Stored> {
     let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
     let mut normals = Stored { values: Vec::new(), corners: Vec::new(), slots: Vec::new(), text: true };
-    let mut polygon = Vec::new();
+    let (mut polygon, mut vertices) = (Vec::new(), 0);
     loop {
-        match lines.word().map(|word| (&bytes[word.clone()], word.start)) {
-            Some((b"vn", start)) => {
-                normals.slots.push(lines.at());
-                normals.values.push(text::point(&mut lines, bytes, start).ok()?.coords);
+        let word = lines.word();
+        match word.map_or(Statement::Other, |word| Statement::of(&bytes[word])) {
+            Statement::Vertex => vertices += 1,
+            Statement::Normal => {
+                let start = lines.at();
+                normals.slots.push(start);
+                let normal = text::point(&mut lines, bytes, start).ok().filter(is_finite)?;
+                normals.values.push(normal.coords);
             }
-            Some((b"f" | b"fo", _)) => {
+            Statement::Face => {
                 polygon.clear();
                 while let Some(word) = lines.word() {
-                    polygon.push(normal_of(&bytes[word], normals.values.len()));
+                    let part = |n| bytes[word.clone()].split(|&b| b == b'/').nth(n);
+                    polygon.push([number(part(0), vertices), number(part(2), normals.values.len())]);
                 }
-                polygon::fan(&polygon, &mut normals.corners);
+                let of_face = triangles.get(normals.corners.len()..).unwrap_or_default();
+                let of_face = of_face.get(..polygon.len().saturating_sub(2)).unwrap_or_default();
+                normals
+                    .corners
+                    .extend((0..).zip(of_face).map(|(i, corners)| normals_of(i, corners, &polygon)));
             }
-            _ => {}
+            Statement::Other => {}
         }
         if !lines.next_line() {
             let known = |n: u32| if (n as usize) < normals.values.len() { n } else { normals::NONE };
@@ -154,15 +191,25 @@ fn normals(bytes: &[u8]) -> Option<Stored> {
     }
 }
 
-/// The normal that a corner such as `7//2` or `-1/4/-1` names, or [`normals::NONE`].
-fn normal_of(word: &[u8], so_far: usize) -> u32 {
-    let index = word.split(|&b| b == b'/').nth(2).and_then(text::integer);
-    let normal = match index {
+/// The normals of triangle `i` of a polygon, given vertex and normal of each of its corners.
+fn normals_of(i: usize, corners: &[u32; 3], polygon: &[[u32; 2]]) -> [u32; 3] {
+    if let (Some(hub), Some([from, to])) = (polygon.first(), polygon.get(i + 1..i + 3))
+        && *corners == [hub[0], from[0], to[0]]
+    {
+        return [hub[1], from[1], to[1]];
+    }
+    let normal_at = |vertex| polygon.iter().find(|[v, _]| *v == vertex).map_or(normals::NONE, |[_, n]| *n);
+    corners.map(normal_at)
+}
+
+/// What an index names among those `so_far`, which it may count back from, or [`normals::NONE`].
+fn number(index: Option<&[u8]>, so_far: usize) -> u32 {
+    let named = match index.and_then(text::integer) {
         Some(i @ 1..) => usize::try_from(i - 1).ok(),
         Some(i) if i < 0 => usize::try_from(i.unsigned_abs()).ok().and_then(|back| so_far.checked_sub(back)),
         _ => None,
     };
-    normal.and_then(|n| u32::try_from(n).ok()).unwrap_or(normals::NONE)
+    named.and_then(|n| u32::try_from(n).ok()).unwrap_or(normals::NONE)
 }
 
 struct Reader<'a> {
@@ -171,7 +218,8 @@ struct Reader<'a> {
     limits: Limits,
     /// How many vertices the whole file has, once that is known.
     count: Option<usize>,
-    soup: Soup,
+    points: Vec<Point3<f64>>,
+    faces: Faces,
     slots: Vec<usize>,
     attributes: Attributes,
     /// Corners of the face being read.
@@ -187,7 +235,8 @@ impl<'a> Reader<'a> {
             lines: Lines::new(bytes, text::beginning(bytes), Joining::Backslash),
             limits,
             count,
-            soup: Soup::default(),
+            points: Vec::new(),
+            faces: Faces::default(),
             slots: Vec::new(),
             attributes: Attributes::default(),
             corners: Vec::new(),
@@ -198,11 +247,12 @@ impl<'a> Reader<'a> {
     fn run(mut self) -> Result<Self, ParseError> {
         loop {
             if let Some(word) = self.lines.word() {
-                match &self.bytes[word.clone()] {
-                    b"v" => self.vertex(word.start)?,
-                    b"f" | b"fo" => self.face(word.start)?,
-                    other => {
-                        if let Some(name) = statement_name(other) {
+                let keyword = &self.bytes[word.clone()];
+                match Statement::of(keyword) {
+                    Statement::Vertex => self.vertex(word.start)?,
+                    Statement::Face => self.face(word.start)?,
+                    Statement::Normal | Statement::Other => {
+                        if let Some(name) = statement_name(keyword) {
                             self.attributes.note(name);
                         }
                     }
@@ -216,8 +266,8 @@ impl<'a> Reader<'a> {
 
     fn vertex(&mut self, start: usize) -> Result<(), ParseError> {
         self.slots.push(self.lines.at());
-        self.soup.points.push(text::point(&mut self.lines, self.bytes, start)?);
-        self.limits.check_vertices(self.soup.points.len())?;
+        self.points.push(text::point(&mut self.lines, self.bytes, start)?);
+        self.limits.check_vertices(self.points.len())?;
         let extra = std::iter::from_fn(|| self.lines.word()).count();
         match extra {
             0 => {}
@@ -233,7 +283,7 @@ impl<'a> Reader<'a> {
             let corner = self.corner(word, start)?;
             self.corners.push(corner);
         }
-        polygon::fan(&self.corners, &mut self.soup.triangles);
+        self.faces.push(&self.corners);
         Ok(())
     }
 
@@ -243,7 +293,7 @@ impl<'a> Reader<'a> {
         let digits = word.split(|&b| b == b'/').next().unwrap_or_default();
         let index = text::integer(digits)
             .ok_or_else(|| ParseError::NotANumber { place: self.line(start), found: text::quoted(word) })?;
-        let so_far = self.soup.points.len();
+        let so_far = self.points.len();
         let vertex = match index {
             1.. => usize::try_from(index - 1).ok(),
             0 => None,
@@ -261,7 +311,7 @@ impl<'a> Reader<'a> {
     /// Index 0 and absurd ones are found out before the vertices are counted.
     fn out_of_range(&self, index: i64, start: usize) -> Result<u32, ParseError> {
         let count = match self.count {
-            _ if index < 0 => self.soup.points.len(),
+            _ if index < 0 => self.points.len(),
             Some(count) => count,
             None => count_vertices(self.bytes),
         };
@@ -277,7 +327,8 @@ fn count_vertices(bytes: &[u8]) -> usize {
     let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Backslash);
     let mut count = 0;
     loop {
-        count += usize::from(lines.word().is_some_and(|word| &bytes[word] == b"v"));
+        let word = lines.word();
+        count += usize::from(word.is_some_and(|word| Statement::of(&bytes[word]) == Statement::Vertex));
         if !lines.next_line() {
             return count;
         }
@@ -401,12 +452,61 @@ mod tests {
     #[test]
     fn bad_numbers_are_named_with_their_line() {
         let not = ParseError::NotANumber { place: Place::Line(2), found: "x".into() };
-        assert_eq!(parse_error("v 0 0 0\nv 0 x 0\n", "obj"), not);
+        assert_eq!(parse_error("v 0 0 0\nv 0 x 0\nf 1 1 2\n", "obj"), not);
         let not = ParseError::NotANumber { place: Place::Line(2), found: "a/b".into() };
         assert_eq!(parse_error("v 0 0 0\nf 1 1 a/b\n", "obj"), not);
-        for text in ["nan", "inf", "-Infinity", "1e999"] {
-            let error = parse_error(format!("v 0 0 0\nv 0 0 {text}\n"), "obj");
+        for text in ["nan", "inf", "-Infinity", "1e999", "-nan(ind)", "1.#QNAN"] {
+            let error = parse_error(format!("v 0 0 0\nv 0 0 {text}\nf 2 1 1\n"), "obj");
             assert_eq!(error, ParseError::NonFinite { place: Place::Line(2) }, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_stands_for_an_unused_vertex_may_be_anything() {
+        for nowhere in
+            ["nan nan nan", "0 inf 0", "-nan(ind) 1.#QNAN -1.#IND", "1e999 -1e999 0", "x y z", "0 0 NaN"]
+        {
+            let text = format!("v {nowhere}\n{SQUARE}v {nowhere} 0.5 0.5 0.5\nf 2 3 4 5\n");
+            let document = read(&text, "obj");
+            assert_eq!(document.points()[0], document.points()[1], "{nowhere}");
+            assert_eq!(document.notes().len(), 1);
+            let (bytes, points) = moved(&document);
+            let bytes = String::from_utf8(bytes).unwrap();
+            assert_eq!(bytes.matches(&format!("v {nowhere}")).count(), 2, "{bytes}");
+            assert_eq!(read(bytes, "obj").points()[1..5], points[1..5]);
+        }
+    }
+
+    #[test]
+    fn keywords_may_be_capitals() {
+        let text = format!("{SQUARE}vn 0 0 1\nvt 0 0\ng a\nf 1//1 2//1 3//1 -1//-1\n").to_uppercase();
+        let document = read(&text, "obj");
+        assert_eq!(document.triangles(), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(document.attributes(), ["normals", "texture coordinates", "groups"]);
+        let (bytes, points) = moved(&document);
+        assert_eq!(read(bytes, "obj").points(), points);
+        let wrong = ParseError::IndexOutOfRange { place: Place::Line(5), index: 9, first: 1, count: 4 };
+        assert_eq!(parse_error(format!("{SQUARE}F 1 2 9\n").to_uppercase(), "obj"), wrong);
+    }
+
+    #[test]
+    fn concave_polygons_are_split_as_they_are_and_copies_as_their_originals() {
+        let arrow = "v 0 2 0\nv 0 0 0\nv 2 0 0\nv 0.5 0.5 0\nvn 0 0 1\nvn 0 0.6 0.8\nf 1//1 2//1 3//2 4//1\n";
+        let document = read(arrow, "obj");
+        assert_eq!(document.triangles().len(), 2);
+        assert!(document.triangles().iter().all(|t| t.contains(&1) && t.contains(&3)));
+        // The notch goes over to the other side of the line between its neighbours.
+        let mut points = document.points().to_vec();
+        points[3] = Point3::new(1.25, 1.0, 0.0);
+        let copy = read(document.with_points(&points).unwrap(), "obj");
+        assert_ne!(copy.triangles(), document.triangles());
+        assert_eq!(copy.soup_like(document.triangles()).triangles, document.triangles());
+        let other = read(arrow.replace("3//2 4//1", "4//1 3//2"), "obj");
+        assert_eq!(*other.soup_like(document.triangles()), *other.soup());
+        // Normals go with their corners, however those are put together.
+        let stored = normals(document.bytes(), document.triangles()).unwrap();
+        for (triangle, normals) in document.triangles().iter().zip(&stored.corners) {
+            assert_eq!(*normals, triangle.map(|v| u32::from(v == 2)));
         }
     }
 

@@ -8,14 +8,20 @@ use sombrero_mesh::{Place, Soup};
 
 use crate::attributes::Attributes;
 use crate::decimals::{Decimals, Filling, Words};
-use crate::error::WriteError;
+use crate::error::{ParseError, Place as Spot, WriteError};
 use crate::format::Format;
+use crate::polygon::Polygon;
 
 /// What a reader finds in a file.
 #[derive(Debug, Clone)]
 pub(crate) struct Parsed {
     pub(crate) format: Format,
+    /// Polygons split as fans; coordinates need not be finite.
     pub(crate) soup: Soup,
+    /// Which triangles are of one polygon, in order.
+    pub(crate) polygons: Vec<Polygon>,
+    /// Vertices that stand nowhere, in order; no reader fills this in.
+    pub(crate) unplaced: Vec<u32>,
     pub(crate) attributes: Vec<String>,
     pub(crate) layout: Arc<dyn Layout>,
     /// Triangles that further instances of a mesh add to those of `soup`.
@@ -43,6 +49,8 @@ impl Parsed {
         Self {
             format,
             soup,
+            polygons: Vec::new(),
+            unplaced: Vec::new(),
             attributes: attributes.into_names(),
             layout: Arc::new(layout),
             repeated_triangles: 0,
@@ -64,6 +72,11 @@ pub(crate) trait Layout: Debug + Send + Sync {
         points: &[Point3<f64>],
         how: &Rewrite,
     ) -> Result<Rewritten, WriteError>;
+
+    /// What is wrong with a vertex whose coordinates are no finite numbers, in the file that was read.
+    fn misplaced(&self, _bytes: &[u8], vertex: usize) -> ParseError {
+        ParseError::NonFinite { place: Spot::Element { name: "vertex".into(), index: vertex } }
+    }
 
     /// The distance between neighbouring numbers where each vertex stands, in model units; empty where it is small.
     fn steps(&self, _soup: &Soup) -> Vec<f32> {

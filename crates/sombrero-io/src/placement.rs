@@ -67,6 +67,11 @@ impl Placement {
         self.linear.norm()
     }
 
+    /// t: where the origin goes.
+    pub(crate) fn shift(&self) -> Vector3<f64> {
+        self.shift
+    }
+
     /// A: what becomes of directions.
     pub(crate) fn linear(&self) -> &Matrix3<f64> {
         &self.linear

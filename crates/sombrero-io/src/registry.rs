@@ -5,7 +5,7 @@
 //! 1. A variant of [`Format`] for each way to write it.
 //! 2. A module with a reader that returns a [`Parsed`](crate::parsed::Parsed), a type that implements
 //!    [`Layout`](crate::parsed::Layout) and says where positions stand, a function that writes a plain new file,
-//!    and the row `FAMILY` (a [`Family`]) with a [`Variant`] for each way to write it. `off.rs` is a short example.
+//!    and the row `FAMILY` (a [`Family`]) with a [`Variant`] for each way to write it. `off` is a short example.
 //! 3. The row in [`FAMILIES`], and in [`variant`] an arm for each variant, which the compiler asks for.
 //!
 //! The tests below and those of `properties.rs` then hold for it without another line, except that
@@ -34,7 +34,8 @@ fn variant(format: Format) -> &'static Variant {
         Format::PlyAscii => &ply::ASCII,
         Format::PlyBinaryLittleEndian => &ply::LITTLE_ENDIAN,
         Format::PlyBinaryBigEndian => &ply::BIG_ENDIAN,
-        Format::Off => &off::OFF,
+        Format::Off => &off::ASCII,
+        Format::OffBinary => &off::BINARY,
         Format::StlAscii => &stl::ASCII,
         Format::StlBinary => &stl::BINARY,
         Format::Gltf => &gltf::TEXT,

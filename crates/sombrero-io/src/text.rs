@@ -19,9 +19,15 @@ pub(crate) fn beginning(bytes: &[u8]) -> usize {
     if bytes.starts_with(MARK) { MARK.len() } else { 0 }
 }
 
-/// Whether a byte order mark says that the text is UTF-16.
-pub(crate) fn has_utf16_mark(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
+/// Whether a file is text in UTF-16, by its byte order mark or by letters of which every other byte is zero.
+pub(crate) fn is_utf16(bytes: &[u8]) -> bool {
+    const LOOKED_AT: usize = 8;
+    let is_letter = |byte: u8| byte.is_ascii_graphic() || is_space(byte);
+    let pairs = bytes.as_chunks::<2>().0.get(..LOOKED_AT).unwrap_or_default();
+    let little = pairs.iter().all(|[low, high]| *high == 0 && is_letter(*low));
+    let big = pairs.iter().all(|[high, low]| *high == 0 && is_letter(*low));
+    let marked = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+    marked || (!pairs.is_empty() && (little || big))
 }
 
 /// The line that holds the byte at `offset`. Lines end with LF, CR LF or a lone CR.
@@ -57,11 +63,14 @@ pub(crate) fn is_space(byte: u8) -> bool {
     is_blank(byte) || is_line_end(byte)
 }
 
-/// Whether a backslash at the end of a line joins it to the next.
+/// What joins a line to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Joining {
     Never,
+    /// A backslash at its end.
     Backslash,
+    /// Line ends are spaces.
+    Always,
 }
 
 /// A walk over lines of words, where `#` begins a comment.
@@ -84,6 +93,15 @@ impl<'a> Lines<'a> {
 
     /// The next word of this line; `None` at its end or at a comment.
     pub(crate) fn word(&mut self) -> Option<Range<usize>> {
+        loop {
+            let word = self.word_here();
+            if word.is_some() || self.joining != Joining::Always || !self.next_line() {
+                return word;
+            }
+        }
+    }
+
+    fn word_here(&mut self) -> Option<Range<usize>> {
         self.skip_blanks();
         let start = self.at;
         match self.bytes.get(start) {
@@ -182,6 +200,25 @@ impl<'a> Words<'a> {
         Some(start..self.at)
     }
 
+    /// Whether nothing but blanks is left of this line.
+    pub(crate) fn is_at_line_end(&self) -> bool {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        rest.iter().find(|&&byte| !is_blank(byte)).is_none_or(|&byte| is_line_end(byte))
+    }
+
+    /// How many lines behind this one have words.
+    pub(crate) fn lines_left(&self) -> u64 {
+        let mut words = Self::new(self.bytes, self.at);
+        let mut count = 0;
+        loop {
+            words.skip_line();
+            if words.word().is_none() {
+                return count;
+            }
+            count += 1;
+        }
+    }
+
     /// Passes over what is left of this line.
     pub(crate) fn skip_line(&mut self) {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
@@ -211,13 +248,27 @@ pub(crate) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// The finite number at `span`, or an error that names its line.
-pub(crate) fn coordinate(bytes: &[u8], span: Range<usize>) -> Result<f64, ParseError> {
-    let word = &bytes[span.clone()];
-    match number(word) {
-        Some(value) if value.is_finite() => Ok(value),
-        Some(_) => Err(ParseError::NonFinite { place: line_at(bytes, span.start) }),
-        None => Err(ParseError::NotANumber { place: line_at(bytes, span.start), found: quoted(word) }),
+/// The number at `span`, or NaN where there is none: whether that matters, only the faces tell.
+pub(crate) fn coordinate(bytes: &[u8], span: Range<usize>) -> f64 {
+    number(&bytes[span]).unwrap_or(f64::NAN)
+}
+
+/// Whether a word is how C libraries spell what is no number, or more than all of them.
+fn is_not_finite(word: &[u8]) -> bool {
+    let unsigned = word.strip_prefix(b"-").or(word.strip_prefix(b"+")).unwrap_or(word).to_ascii_lowercase();
+    number(word).is_some_and(|value| !value.is_finite())
+        || [&b"nan("[..], b"1.#", b"snan", b"qnan"].iter().any(|start| unsigned.starts_with(start))
+}
+
+/// What is wrong with the first of some coordinates that is no finite number.
+pub(crate) fn misplaced(bytes: &[u8], coordinates: impl IntoIterator<Item = Range<usize>>) -> ParseError {
+    let wrong = |span: &Range<usize>| !coordinate(bytes, span.clone()).is_finite();
+    let span = coordinates.into_iter().find(wrong).unwrap_or(0..0);
+    let (place, word) = (line_at(bytes, span.start), &bytes[span]);
+    if is_not_finite(word) {
+        ParseError::NonFinite { place }
+    } else {
+        ParseError::NotANumber { place, found: quoted(word) }
     }
 }
 
@@ -262,7 +313,7 @@ pub(crate) fn push_point(out: &mut Vec<u8>, point: &Point3<f64>) {
     }
 }
 
-/// Reads three coordinates from the line where `lines` stands, which is at `start`.
+/// Reads three coordinates from the line where `lines` stands, which is at `start`. They need not be finite.
 pub(crate) fn point(lines: &mut Lines<'_>, bytes: &[u8], start: usize) -> Result<Point3<f64>, ParseError> {
     let mut point = Point3::origin();
     for axis in 0..3 {
@@ -270,7 +321,7 @@ pub(crate) fn point(lines: &mut Lines<'_>, bytes: &[u8], start: usize) -> Result
             place: line_at(bytes, start),
             problem: format!("a vertex needs 3 coordinates, but this one has {axis}"),
         })?;
-        point[axis] = coordinate(bytes, span)?;
+        point[axis] = coordinate(bytes, span);
     }
     Ok(point)
 }

@@ -6,6 +6,7 @@ mod grid;
 mod image;
 mod light;
 mod normals;
+mod numerals;
 mod options;
 mod raster;
 mod render;

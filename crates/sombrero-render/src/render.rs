@@ -4,10 +4,11 @@
 //! transparent backgrounds. Cost: the triangles' bounding boxes in samples, plus one shading per visible sample.
 
 use crate::camera::{Camera, used_points};
-use crate::colormap::ColorMap;
+use crate::colormap::HeatMap;
 use crate::grid::Grid;
 use crate::image::Image;
 use crate::light::{Light, encode, linear};
+use crate::numerals;
 use crate::options::RenderOptions;
 use crate::raster::{Buffer, NONE};
 use crate::scene::Scene;
@@ -27,7 +28,7 @@ pub fn render(points: &[Point3<f64>], triangles: &[[u32; 3]], options: &RenderOp
     }
     let mut image = average(&scene, &buffer, &grid, options);
     if let (Some(map), true) = (&options.heat_map, grid.strip > 0) {
-        draw_bar(&mut image, map.colors, grid.strip);
+        draw_bar(&mut image, map, grid.strip, options.background);
     }
     image
 }
@@ -75,8 +76,10 @@ fn over(light: &Light, share: f64, background: [u8; 4]) -> [u8; 4] {
     [channel(0), channel(1), channel(2), (opacity * 255.0 + 0.5) as u8]
 }
 
-/// The scale of colours in the strip at the right, high values on top.
-fn draw_bar(image: &mut Image, colors: ColorMap, strip: usize) {
+/// The scale of colours in the strip at the right, high values on top, with the numbers of its ends and its middle where
+/// there is room for them.
+fn draw_bar(image: &mut Image, map: &HeatMap, strip: usize, background: [u8; 4]) {
+    let colors = map.colors;
     let (width, height) = (image.width as usize, image.height as usize);
     let (top, bottom) = (height / 8, height - height / 8);
     let (left, right) = (width - 3 * strip / 4, width - strip / 4);
@@ -88,12 +91,38 @@ fn draw_bar(image: &mut Image, colors: ColorMap, strip: usize) {
             image.rgba[at..at + 4].copy_from_slice(&[r, g, b, 255]);
         }
     }
+    let Some((low, high)) = map.effective_range() else { return };
+    let labels = [high, 0.5 * low + 0.5 * high, low].map(numerals::short);
+    // One size for all, with room around them.
+    let fits = |label: &String| numerals::fitting(label, strip.saturating_sub(4), top / 3);
+    let square = labels.iter().map(fits).min().unwrap_or(0);
+    if square == 0 {
+        return;
+    }
+    let rows = 5 * square;
+    let places = [top.saturating_sub(rows + 2 * square), (top + bottom - rows) / 2, bottom + 2 * square];
+    let middle_color = colors.color(0.5);
+    let inks = [ink(background), ink([middle_color[0], middle_color[1], middle_color[2], 255]), ink(background)];
+    for ((label, place), ink) in labels.iter().zip(places).zip(inks) {
+        numerals::write(image, label, square, width - strip / 2, place, ink);
+    }
+}
+
+/// Black or white, whatever is easier to read on a colour; grey where nobody knows what will be behind it.
+fn ink(on: [u8; 4]) -> [u8; 4] {
+    let [r, g, b] = [on[0], on[1], on[2]].map(|channel| linear(f64::from(channel)));
+    let shade = match on[3] {
+        0..128 => 128,
+        _ if 0.2126 * r + 0.7152 * g + 0.0722 * b > 0.18 => 0,
+        _ => 255,
+    };
+    [shade, shade, shade, 255]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colormap::HeatMap;
+    use crate::colormap::ColorMap;
     use crate::options::Wireframe;
     use proptest::prelude::*;
 

@@ -12,6 +12,8 @@ const DIRECTION = new Vector3(0.45, 0.35, 1).normalize();
 /** Distance of the eye, in half diagonals. */
 const EYE_DISTANCE = 5;
 const MARGIN = 1.08;
+/** So many turns about the upright are looked at to see what the first view must hold. */
+const TURNS = 24;
 /** Radians by which a key turns, and the factor by which one zooms. */
 const TURN = Math.PI / 24;
 const ZOOM = 1.15;
@@ -25,7 +27,7 @@ class View {
     this.scene.add(this.rig);
     this.shapes = shapes(data);
     this.scene.add(...Object.values(this.shapes));
-    this.extent = extent(this.shapes.original);
+    this.extent = extent([this.shapes.original, this.shapes.suspect].filter(Boolean));
     this.renderer = renderer(this.canvas);
     this.camera = new PerspectiveCamera();
     this.controls = this.turning();
@@ -98,8 +100,7 @@ class View {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
-    const { across, up, radius } = this.extent;
-    const half = Math.max(up, across / this.camera.aspect) / (EYE_DISTANCE * radius);
+    const half = Math.max(this.extent.up, this.extent.across / this.camera.aspect);
     this.camera.fov = (360 / Math.PI) * Math.atan(MARGIN * half);
     // At once: a canvas of a new size is empty until it is drawn on.
     this.draw();
@@ -184,15 +185,26 @@ function veil() {
   });
 }
 
-/** How far a shape reaches from the origin: in all, upwards, and across however it is turned. */
-function extent(group) {
-  const position = group.children[0].geometry.attributes.position;
-  const [at, reach] = [new Vector3(), { radius: 0, up: 0, across: 0 }];
-  for (let i = 0; i < position.count; i++) {
-    at.fromBufferAttribute(position, i);
-    reach.radius = Math.max(reach.radius, at.length());
-    reach.up = Math.max(reach.up, Math.abs(at.y));
-    reach.across = Math.max(reach.across, Math.hypot(at.x, at.z));
+/**
+ * How far shapes reach from the origin, and how far up and across they reach in the first view, as tangents of the angles
+ * between its middle and their points, however they are turned about the upright.
+ */
+function extent(groups) {
+  const points = groups.flatMap((group) => {
+    const position = group.children[0].geometry.attributes.position;
+    return Array.from({ length: position.count }, (_, i) => new Vector3().fromBufferAttribute(position, i));
+  });
+  const reach = { radius: points.reduce((most, p) => Math.max(most, p.length()), 0), up: 0, across: 0 };
+  const [eye, level] = [EYE_DISTANCE * reach.radius, Math.hypot(DIRECTION.x, DIRECTION.z)];
+  for (const { x, y, z } of points) {
+    const around = Math.hypot(x, z);
+    for (let turn = 0; turn < TURNS; turn++) {
+      const angle = (2 * Math.PI * turn) / TURNS;
+      const near = around * Math.cos(angle);
+      const distance = eye - near * level - y * DIRECTION.y;
+      reach.up = Math.max(reach.up, Math.abs(y * level - near * DIRECTION.y) / distance);
+      reach.across = Math.max(reach.across, (around * Math.abs(Math.sin(angle))) / distance);
+    }
   }
   return reach;
 }

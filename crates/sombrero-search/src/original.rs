@@ -92,6 +92,11 @@ impl Original {
         Suspect::new(stored, &self.model, &self.triangles)
     }
 
+    /// The triangles as the file has them.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
     /// The original as the method sees it.
     pub fn model(&self) -> &Model {
         &self.model

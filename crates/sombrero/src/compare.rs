@@ -50,7 +50,9 @@ pub enum CompareError {
 /// # Errors
 /// [`CompareError`] when one of them has no face.
 pub fn compare(a: &Document, b: &Document) -> Result<Comparison, CompareError> {
-    let (first, second) = (Model::new(a.soup()), Model::new(b.soup()));
+    // Polygons that both have are split alike.
+    let other = b.soup_like(a.triangles());
+    let (first, second) = (Model::new(a.soup()), Model::new(&other));
     for (model, which) in [(&first, "first"), (&second, "second")] {
         if model.repaired().mesh.face_count() == 0 {
             return Err(CompareError::NoFaces { which });
@@ -58,7 +60,7 @@ pub fn compare(a: &Document, b: &Document) -> Result<Comparison, CompareError> {
     }
     let distances = surface_distance(first.soup(), second.soup(), &DistanceOptions::default())
         .ok_or(CompareError::NoFaces { which: "second" })?;
-    let alike = a.triangles() == b.triangles() && a.points().len() == b.points().len();
+    let alike = a.triangles() == other.triangles && a.points().len() == b.points().len();
     let vertices = alike.then(|| {
         let used = a.soup().used();
         let pairs = a.points().iter().zip(b.points()).zip(used).filter(|(_, used)| *used);

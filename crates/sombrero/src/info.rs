@@ -43,6 +43,9 @@ pub struct Info {
     pub genus: Option<usize>,
     /// The box around the vertices that have a face; `None` without a face.
     pub bounding_box: Option<Corners>,
+    /// The unit of lengths, where the file has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// Surface area in squared model units; `None` when it is too large for a number.
     pub area: Option<f64>,
     /// Enclosed volume in cubed model units, negative when the faces look inwards; `None` for an open mesh
@@ -124,6 +127,7 @@ pub fn info(document: &Document) -> Info {
         unused_vertices: soup.used().iter().filter(|used| !**used).count(),
         genus: if closed && report.is_clean() { topology::genus(mesh) } else { None },
         bounding_box: model.bounding_box().map(corners),
+        unit: document.unit().map(str::to_owned),
         area,
         volume,
         attributes: document.attributes().to_vec(),

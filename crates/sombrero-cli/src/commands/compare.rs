@@ -4,6 +4,7 @@ use crate::answer::{Answer, Context};
 use crate::failure::Failure;
 use crate::fidelity;
 use crate::files;
+use crate::lengths::length;
 use crate::progress::Progress;
 use crate::table::Table;
 use sombrero::{CompareError, compare};
@@ -24,15 +25,18 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let (a, b) = (files::read_mesh(&args.a, context.limits)?, files::read_mesh(&args.b, context.limits)?);
     let c = compare(&a, &b).map_err(|e| failure(args, &e))?;
     let moved = c.vertex_rms.zip(c.vertex_max);
+    // Of two units none can be said.
+    let unit = a.unit().filter(|unit| b.unit() == Some(unit));
+    let length = |x| length(x, unit);
     let text = Table::new(format!("{} and {}", args.a.display(), args.b.display()))
-        .row("Hausdorff", format!("{:.4e} ({:.6} of the largest side)", c.hausdorff, c.relative_hausdorff))
-        .row("rms", format!("{:.4e} ({:.6})", c.rms, c.relative_rms))
-        .row("mean", format!("{:.4e}", c.mean))
+        .row("Hausdorff", format!("{} ({:.6} of the largest side)", length(c.hausdorff), c.relative_hausdorff))
+        .row("rms", format!("{} ({:.6})", length(c.rms), c.relative_rms))
+        .row("mean", length(c.mean))
         .rows(
             "vertices",
-            moved.map(|(rms, max)| format!("moved by {rms:.4e} rms, {max:.4e} max (same connectivity)")),
+            moved.map(|(rms, max)| format!("moved by {} rms, {} max (same connectivity)", length(rms), length(max))),
         )
-        .and(c.fidelity.as_ref().map_or_else(Table::default, fidelity::rows));
+        .and(c.fidelity.as_ref().map_or_else(Table::default, |f| fidelity::rows(f, unit)));
     Answer::new(text, &c)
 }
 

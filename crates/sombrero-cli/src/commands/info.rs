@@ -3,8 +3,10 @@
 use crate::answer::{Answer, Context};
 use crate::failure::Failure;
 use crate::files;
+use crate::lengths::measure;
 use crate::progress::Progress;
 use crate::table::Table;
+use sombrero::fidelity::digits;
 use sombrero::{Info, info};
 use std::path::PathBuf;
 
@@ -22,6 +24,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
 }
 
 fn text(args: &Args, i: &Info) -> Table {
+    let unit = i.unit.as_deref();
     let stored =
         format!("{} stored, {} distinct positions, {} in no face", i.vertices, i.points, i.unused_vertices);
     let defects = format!(
@@ -30,13 +33,15 @@ fn text(args: &Args, i: &Info) -> Table {
     );
     let bounding_box = i.bounding_box.as_ref().map(|b| {
         // Six digits are for people; programs get all of them.
-        let short = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
-        let [x, y, z] = std::array::from_fn(|k| format!("{} to {}", short(b.min[k]), short(b.max[k])));
-        format!("x {x}, y {y}, z {z}")
+        let [x, y, z] =
+            std::array::from_fn(|k| format!("{} to {}", digits(b.min[k], 6), digits(b.max[k], 6)));
+        format!("x {x}, y {y}, z {z}{}", unit.map_or_else(String::new, |unit| format!(" ({unit})")))
     });
-    let measure = |name: &str, value: Option<f64>| value.map(|x| format!("{name} {x:.6e}"));
+    let named = |name: &str, value: Option<f64>, power| {
+        value.map(|x| format!("{name} {}", measure(x, 6, unit, power)))
+    };
     let measures: Vec<String> =
-        [measure("area", i.area), measure("volume", i.volume)].into_iter().flatten().collect();
+        [named("area", i.area, "²"), named("volume", i.volume, "³")].into_iter().flatten().collect();
     let attributes = (!i.attributes.is_empty()).then(|| i.attributes.join(", "));
     let planes = (i.planar_regions > 0).then(|| {
         format!(

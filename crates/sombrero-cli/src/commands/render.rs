@@ -3,6 +3,7 @@
 use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
 use crate::files;
+use crate::lengths::length;
 use crate::progress::Progress;
 use crate::table::Table;
 use clap::ValueEnum;
@@ -89,7 +90,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
     let png = image.to_png().map_err(|e| Failure::new("internal", e.to_string()))?;
     files::write_all(&[Output { path: &args.output, bytes: &png, access: Access::Usual }], args.force)?;
     let colours = scale.zip(args.compare.as_ref()).map(|([_, high], other)| {
-        format!("distance from {}: dark 0, yellow {high:.3e} (model units)", other.display())
+        format!("distance from {}: dark 0, yellow {} (model units)", other.display(), length(high, None))
     });
     let text = Table::new(format!("drew {} → {}", args.mesh.display(), args.output.display()))
         .rows("colours", colours);

@@ -134,7 +134,7 @@ impl Elements {
     }
 
     /// The run, when it is without holes and the accessor is nothing else.
-    fn run(&self) -> Option<Run> {
+    pub(super) fn run(&self) -> Option<Run> {
         self.base.filter(|_| self.sparse.is_empty())
     }
 

@@ -29,6 +29,15 @@ pub(super) fn compressed(extension: &str) -> ParseError {
     }
 }
 
+/// An extension without which the file says nothing certain.
+pub(super) fn unknown_extension(extension: &str) -> ParseError {
+    let name: String = extension.chars().take(80).collect();
+    ParseError::Unsupported {
+        what: format!("the glTF extension `{name}`, which the file requires,"),
+        cure: "export the model again without it",
+    }
+}
+
 /// An element, by its kind and number, that is not as glTF has it.
 pub(super) fn malformed(name: &str, index: usize, problem: &str) -> ParseError {
     ParseError::Malformed { place: Place::Element { name: name.into(), index }, problem: problem.into() }

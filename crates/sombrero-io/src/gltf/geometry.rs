@@ -1,7 +1,7 @@
 //! From the scene to points and triangles.
 //!
-//! What is stored once comes once: position data that several primitives use are one block, placed where the
-//! scene shows it first. Blocks must not share bytes with anything else, since moving the one would move the other.
+//! What is stored once comes once: position data that several primitives use are one block, whose points stand where the
+//! scene shows each of them first. Blocks must not share bytes with anything else, since moving the one would move the other.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
@@ -16,7 +16,9 @@ use super::claims::Claims;
 use super::container::Container;
 use super::elements::{Component, Elements, Key};
 use super::error::{again_and_again, compressed, malformed, overlapping};
+use super::extensions;
 use super::json::{Accessor, Primitive, Root, Shape, spans_of_three};
+use super::overlaps::{Overlaps, Part};
 use super::places::Places;
 use super::scene::{self, Shown};
 use super::shading::Shading;
@@ -53,11 +55,13 @@ pub(super) fn read(
     text: &str,
     root: &Root<'_>,
 ) -> Result<Parsed, ParseError> {
-    refuse_compression(root)?;
+    extensions::check(&root.extensions_required)?;
     let shown = scene::shown(root)?;
     let needed = needed_buffers(root, &shown)?;
     let buffers = Buffers::load(source, &container, text, root, &needed)?;
     let mut reader = Reader::new(source, root, &buffers);
+    let shown = scene::placed(shown, &reader.accessors)?;
+    reader.find_overlaps(&shown)?;
     for shown in &shown {
         if let Some(placement) = &shown.placement {
             reader.show(shown.mesh, placement)?;
@@ -94,19 +98,17 @@ pub(super) fn read(
     })
 }
 
-fn refuse_compression(root: &Root<'_>) -> Result<(), ParseError> {
-    let packed = |name: &&String| {
-        let name = name.to_ascii_lowercase();
-        ["compression", "draco", "meshopt"].iter().any(|word| name.contains(word))
-    };
-    root.extensions_required.iter().find(packed).map_or(Ok(()), |name| Err(compressed(name)))
-}
-
 /// The buffers that hold geometry of the meshes that are shown.
 fn needed_buffers(root: &Root<'_>, shown: &[Shown]) -> Result<BTreeSet<u32>, ParseError> {
     let placed = shown.iter().filter(|s| s.placement.is_some());
     let meshes: BTreeSet<usize> = placed.map(|s| s.mesh).collect();
     let mut buffers = BTreeSet::new();
+    for Shown { bind, instances, .. } in shown {
+        let copies = instances.map(|a| [a.translation, a.rotation, a.scale]).into_iter().flatten();
+        for accessor in copies.chain([*bind]).flatten() {
+            buffers.extend(buffers_of(root, accessor)?);
+        }
+    }
     let primitives = meshes.iter().filter_map(|m| root.meshes.get(*m)).flat_map(|m| &m.primitives);
     let mut seen = HashSet::new();
     for primitive in primitives.filter(|p| p.is_surface()) {
@@ -134,14 +136,24 @@ fn left_alone(root: &Root<'_>, shown: &[Shown]) -> Vec<String> {
         }
     }
     let of = |state: u8| states.iter().filter(|s| **s == state).count();
-    let meshes = |count, which| notes::stays(count, ["mesh", "meshes"], which);
+    let meshes = |count, which| notes::unmarked(count, ["mesh", "meshes"], which);
     let unseen = meshes(of(UNSEEN), "that no scene shows");
     let flat = meshes(of(FLAT), "that a node scales to nothing or beyond all numbers");
     unseen.into_iter().chain(flat).collect()
 }
 
-/// A primitive: its block, its indices and its mode.
-type Drawn = (usize, Option<Key>, u32);
+/// A primitive: its block and which of its elements, its indices and its mode.
+type Drawn = (usize, [usize; 2], Option<Key>, u32);
+
+/// Stretches of vertices, each with where it stands.
+type Stretches = Vec<(Range<u32>, Placement)>;
+
+/// An accessor's positions: some of the elements of a block.
+#[derive(Debug, Clone)]
+pub(super) struct Positions {
+    block: usize,
+    elements: Range<usize>,
+}
 
 pub(super) struct Reader<'a> {
     pub(super) root: &'a Root<'a>,
@@ -152,11 +164,12 @@ pub(super) struct Reader<'a> {
     corners_left: u64,
     pub(super) claims: Claims,
     soup: Soup,
+    overlaps: Overlaps,
     blocks: Vec<Block>,
-    pub(super) block_of: HashMap<u32, usize>,
-    pub(super) block_of_key: HashMap<Key, usize>,
+    pub(super) positions_of: HashMap<u32, Positions>,
+    block_of_key: HashMap<Key, usize>,
     /// Triangles and vertices of each primitive that was read.
-    drawn: HashMap<Drawn, (u64, Range<u32>)>,
+    drawn: HashMap<Drawn, (u64, Stretches)>,
     /// Triangles of a mesh that was read.
     totals: Vec<Option<u64>>,
     repeated: u64,
@@ -176,8 +189,9 @@ impl<'a> Reader<'a> {
             corners_left: bytes.saturating_add(1024),
             claims: Claims::new(&lengths),
             soup: Soup::default(),
+            overlaps: Overlaps::default(),
             blocks: Vec::new(),
-            block_of: HashMap::new(),
+            positions_of: HashMap::new(),
             block_of_key: HashMap::new(),
             drawn: HashMap::new(),
             totals: vec![None; root.meshes.len()],
@@ -185,6 +199,28 @@ impl<'a> Reader<'a> {
             shading: Shading::default(),
             places: Places::default(),
         }
+    }
+
+    /// Finds out which positions are the same bytes.
+    fn find_overlaps(&mut self, shown: &[Shown]) -> Result<(), ParseError> {
+        let (mut list, mut seen) = (Vec::new(), HashSet::new());
+        for Shown { mesh, placement, .. } in shown {
+            if placement.is_none() || !seen.insert(*mesh) {
+                continue;
+            }
+            let primitives = self.root.meshes.get(*mesh).map_or(&[][..], |m| &m.primitives).iter();
+            let accessors: BTreeSet<u32> = primitives.filter_map(|p| p.attributes.position).collect();
+            for accessor in accessors {
+                // Sparse ones are never the same as others.
+                let is_run = self.root.accessors.get(accessor as usize).is_some_and(|a| a.sparse.is_none());
+                // What is wrong with one is said when it is read.
+                if let Some(Ok(elements)) = is_run.then(|| self.accessors.elements(accessor)) {
+                    list.push((*mesh, elements));
+                }
+            }
+        }
+        self.overlaps = Overlaps::new(list);
+        Ok(())
     }
 
     /// Reads a mesh, or counts its triangles once more.
@@ -218,21 +254,25 @@ impl<'a> Reader<'a> {
         position: u32,
         placement: &Placement,
     ) -> Result<u64, ParseError> {
-        let block = self.block(position, placement)?;
+        let positions = self.positions(position, placement)?;
+        let Positions { block, elements: Range { start, end } } = positions;
         let indices = match primitive.indices {
             Some(accessor) => Some((accessor, self.index_elements(accessor)?)),
             None => None,
         };
-        let first = self.blocks.get(block).map_or(*placement, |b| b.placement);
-        let key = (block, indices.as_ref().map(|(accessor, e)| e.key(*accessor)), primitive.mode);
-        if let Some((triangles, vertices)) = self.drawn.get(&key) {
+        let key =
+            (block, [start, end], indices.as_ref().map(|(accessor, e)| e.key(*accessor)), primitive.mode);
+        if let Some((triangles, stretches)) = self.drawn.get(&key) {
             self.repeated = self.repeated.saturating_add(*triangles);
-            self.places.show(mesh, vertices.clone(), &first, placement);
+            self.places.show(mesh, stretches, placement);
             return Ok(*triangles);
         }
-        let corners = self.corners(block, indices.as_ref())?;
-        let vertices = spanned(&corners);
-        self.places.show(mesh, vertices.clone(), &first, placement);
+        let mut corners = self.corners(start..end, indices.as_ref())?;
+        let stretches = self.place(block, &corners, placement)?;
+        self.places.show(mesh, &stretches, placement);
+        // The number of vertices was checked to fit 32 bits.
+        let first = self.blocks.get(block).map_or(0, |b| b.first) as u32;
+        corners.iter_mut().for_each(|corner| *corner += first);
         let before = self.soup.triangles.len();
         match primitive.mode {
             STRIP => polygon::strip(&corners, &mut self.soup.triangles),
@@ -241,28 +281,76 @@ impl<'a> Reader<'a> {
         }
         let triangles = before..self.soup.triangles.len();
         let count = triangles.len() as u64;
-        self.drawn.insert(key, (count, vertices));
+        self.drawn.insert(key, (count, stretches));
         if let Some(normal) = primitive.attributes.normal {
             let tangent = primitive.attributes.tangent;
-            self.shading.add(&self.accessors, block, triangles, normal, tangent)?;
+            self.shading.add(&self.accessors, (block, start), triangles, normal, tangent)?;
         }
         Ok(count)
     }
 
-    /// The block of a `POSITION` accessor, read now if it is new.
-    pub(super) fn block(&mut self, accessor: u32, placement: &Placement) -> Result<usize, ParseError> {
-        if let Some(&block) = self.block_of.get(&accessor) {
-            return Ok(block);
+    /// Puts those of a block's elements that nothing has shown yet where a primitive shows them.
+    fn place(
+        &mut self,
+        block: usize,
+        elements: &[u32],
+        placement: &Placement,
+    ) -> Result<Stretches, ParseError> {
+        let Self { blocks, soup, accessors, .. } = self;
+        let Some(block) = blocks.get_mut(block) else { return Ok(Vec::new()) };
+        let mut moved = Vec::new();
+        block.show(elements.iter().map(|&e| e as usize), placement, |element| moved.push(element));
+        for element in moved {
+            let stored = stored(accessors, &block.elements, element);
+            let point = placement.world(&stored);
+            if is_finite(&stored) && !is_finite(&point) {
+                return Err(out_of_bounds(block.first + element));
+            }
+            if let Some(slot) = soup.points.get_mut(block.first + element) {
+                *slot = point;
+            }
+        }
+        Ok(block.stretches(elements))
+    }
+
+    /// The positions of a `POSITION` accessor, read now if they are new.
+    pub(super) fn positions(
+        &mut self,
+        accessor: u32,
+        placement: &Placement,
+    ) -> Result<Positions, ParseError> {
+        if let Some(positions) = self.positions_of.get(&accessor) {
+            return Ok(positions.clone());
         }
         let elements = self.accessors.elements(accessor)?;
-        let key = elements.key(accessor);
+        let (whole, range, is_shared) = match self.overlaps.part(&elements) {
+            Some(Part { whole, range, is_shared }) => (whole, range, is_shared),
+            // Of sparse ones nobody has counted who uses them.
+            None => (elements.clone(), 0..elements.count, true),
+        };
+        let key = whole.key(accessor);
         let block = match self.block_of_key.get(&key) {
             Some(&block) => block,
-            None => self.new_block(accessor, elements, placement)?,
+            None => self.new_block(accessor, whole, placement, is_shared)?,
         };
-        self.block_of.insert(accessor, block);
+        let positions = Positions { block, elements: range };
+        self.positions_of.insert(accessor, positions.clone());
         self.block_of_key.insert(key, block);
-        Ok(block)
+        Ok(positions)
+    }
+
+    /// The positions that an accessor holds, of whatever it is said to be; `None` when it holds none, or not only such.
+    pub(super) fn known(&self, accessor: u32) -> Option<Positions> {
+        if let Some(positions) = self.positions_of.get(&accessor) {
+            return Some(positions.clone());
+        }
+        let stored = self.root.accessors.get(accessor as usize)?;
+        if stored.sparse.as_ref().is_some_and(|sparse| sparse.count > 0) {
+            return None;
+        }
+        let part = self.overlaps.part(&self.accessors.elements(accessor).ok()?)?;
+        let block = *self.block_of_key.get(&part.whole.key(accessor))?;
+        Some(Positions { block, elements: part.range })
     }
 
     fn new_block(
@@ -270,6 +358,7 @@ impl<'a> Reader<'a> {
         accessor: u32,
         elements: Elements,
         placement: &Placement,
+        is_shared: bool,
     ) -> Result<usize, ParseError> {
         if elements.shape != Shape::Vec3 || elements.component == Component::U32 {
             let problem = "positions must be VEC3 of 32-bit floats, or of 8 or 16 bit whole numbers";
@@ -293,22 +382,20 @@ impl<'a> Reader<'a> {
         }
         self.soup.points.reserve(elements.count);
         for element in 0..elements.count {
-            let point = placement.world(&self.stored(&elements, element));
-            if !is_finite(&point) {
-                let name = format!("accessor {accessor}, position");
-                return Err(ParseError::NonFinite { place: Place::Element { name, index: element } });
+            let stored = self.stored(&elements, element);
+            let point = placement.world(&stored);
+            // What is no position in the file may stand where no face is.
+            if is_finite(&stored) && !is_finite(&point) {
+                return Err(out_of_bounds(first + element));
             }
             self.soup.points.push(point);
         }
-        self.blocks.push(Block { elements, placement: *placement, first });
+        self.blocks.push(Block::new(accessor, elements, *placement, first, is_shared));
         Ok(self.blocks.len() - 1)
     }
 
     pub(super) fn stored(&self, elements: &Elements, element: usize) -> Point3<f64> {
-        let raw = elements
-            .slot(element)
-            .map_or([0.0; 3], |(store, offset)| elements.raw(self.accessors.bytes(store), offset));
-        Point3::from(raw.map(|c| elements.meaning(c)))
+        stored(&self.accessors, elements, element)
     }
 
     fn index_elements(&self, accessor: u32) -> Result<Elements, ParseError> {
@@ -322,27 +409,31 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The points that the corners of a primitive are.
-    fn corners(&mut self, block: usize, indices: Option<&(u32, Elements)>) -> Result<Vec<u32>, ParseError> {
-        let (first, count) = self.blocks.get(block).map_or((0, 0), |b| (b.first, b.elements.count));
-        // The number of vertices was checked to fit 32 bits.
-        let first = first as u32;
-        let Some((accessor, elements)) = indices else {
-            return Ok((first..first + count as u32).collect());
-        };
-        let needed = elements.count as u64;
+    /// The elements of a block that the corners of a primitive are, some of which it may name.
+    fn corners(
+        &mut self,
+        range: Range<usize>,
+        indices: Option<&(u32, Elements)>,
+    ) -> Result<Vec<u32>, ParseError> {
+        let count = range.len();
+        let needed = indices.map_or(count, |(_, elements)| elements.count) as u64;
         self.corners_left = self.corners_left.checked_sub(needed).ok_or(ParseError::Overclaimed {
             element: "index".into(),
             count: needed,
             needed,
             available: self.corners_left,
         })?;
+        // The number of vertices was checked to fit 32 bits.
+        let start = range.start as u32;
+        let Some((accessor, elements)) = indices else {
+            return Ok((start..range.end as u32).collect());
+        };
         let corner = |element| {
             let index = elements.slot(element).map_or(0.0, |(store, offset)| {
                 elements.component.get(self.accessors.bytes(store).get(offset..).unwrap_or_default())
             }) as u32;
             if (index as usize) < count {
-                return Ok(first + index);
+                return Ok(start + index);
             }
             let place = Place::Element { name: format!("accessor {accessor}, index"), index: element };
             Err(ParseError::IndexOutOfRange { place, index: index.into(), first: 0, count })
@@ -352,16 +443,20 @@ impl<'a> Reader<'a> {
 
     /// Refuses positions that are something else, too. Whether normals are something else, too.
     fn refuse_shared_bytes(&mut self) -> Result<bool, ParseError> {
-        self.shading.leave_out(&self.block_of_key);
+        let Self { shading, overlaps, .. } = self;
+        shading.leave_out(|elements| overlaps.part(elements).is_some());
         let lengths = self.accessors.lengths();
         let mut normals = Claims::new(if self.shading.is_empty() { &[] } else { &lengths });
         let mut shared = self.shading.claim(&mut normals);
         let mut budget = self.bytes.saturating_mul(16).saturating_add(4096);
         let mut seen = HashSet::new();
         for index in (0..).take(self.root.accessors.len()) {
-            let key = self.key_of(index);
-            let is_position = key.is_some_and(|key| self.block_of_key.contains_key(&key));
-            let is_normal = key.is_some_and(|key| self.shading.has(&key));
+            let positions = self.known(index);
+            let is_position = positions.is_some();
+            // Whoever looks at a part of positions again has its bounds to be kept.
+            let looked_at = positions.map_or(0, |positions| positions.elements.len() as u64);
+            budget = budget.checked_sub(looked_at).ok_or_else(again_and_again)?;
+            let is_normal = self.key_of(index).is_some_and(|key| self.shading.has(&key));
             for (holds, stretch) in self.accessors.stretches(index).unwrap_or_default() {
                 // The numbers of sparse elements are nothing that may move, whatever those are.
                 let own = |this: bool| this && holds != Holds::Places;
@@ -402,23 +497,27 @@ impl<'a> Reader<'a> {
 
     /// The `min` and `max` that follow the positions.
     fn bounds(&self, text: &str) -> Vec<Bounds> {
-        let spans = |block: usize, accessor: &Accessor<'_>| {
+        let spans = |positions: Positions, accessor: &Accessor<'_>| {
             let find = |array: Option<_>| array.and_then(|array| spans_of_three(text, array));
-            Bounds { block, min: find(accessor.min), max: find(accessor.max) }
+            let Positions { block, elements } = positions;
+            Bounds { block, elements, min: find(accessor.min), max: find(accessor.max) }
         };
         let accessors = (0..).zip(&self.root.accessors);
-        let found = accessors.filter_map(|(index, accessor)| {
-            let block = self.block_of_key.get(&self.key_of(index)?)?;
-            Some(spans(*block, accessor))
-        });
+        let found = accessors.filter_map(|(index, accessor)| Some(spans(self.known(index)?, accessor)));
         found.filter(|bounds| bounds.min.is_some() || bounds.max.is_some()).collect()
     }
 }
 
-/// From the smallest to the largest number.
-fn spanned(corners: &[u32]) -> Range<u32> {
-    let (least, largest) = (corners.iter().min(), corners.iter().max());
-    least.zip(largest).map_or(0..0, |(least, largest)| *least..*largest + 1)
+/// An element's position as the file has it.
+fn stored(accessors: &Accessors<'_>, elements: &Elements, element: usize) -> Point3<f64> {
+    let slot = elements.slot(element);
+    let raw = slot.map_or([0.0; 3], |(store, offset)| elements.raw(accessors.bytes(store), offset));
+    Point3::from(raw.map(|c| elements.meaning(c)))
+}
+
+/// A position that is one, put beyond all numbers by the nodes.
+fn out_of_bounds(vertex: usize) -> ParseError {
+    ParseError::NonFinite { place: Place::Element { name: "vertex".into(), index: vertex } }
 }
 
 /// What the file holds beside positions and faces.

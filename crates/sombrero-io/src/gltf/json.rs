@@ -1,7 +1,7 @@
 //! The parts of a glTF's JSON that say where geometry stands. All else is passed over.
 //!
 //! Numbers and names that a rewrite may replace are kept as spans of the text, so that the text itself is never
-//! written anew.
+//! written anew. Whole numbers may be written as floats, `36.0`.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -10,6 +10,8 @@ use std::ops::Range;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, Visitor};
 use serde_json::value::RawValue;
+
+use super::whole::{Whole, all_whole, maybe_whole, whole};
 
 /// What tells glTF from other JSON.
 #[derive(Debug, Deserialize)]
@@ -40,6 +42,7 @@ fn text_or_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, 
 pub(super) struct Root<'a> {
     #[serde(default)]
     pub(super) extensions_required: Vec<String>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) scene: Option<u32>,
     #[serde(default)]
     pub(super) scenes: Vec<Scene>,
@@ -58,7 +61,7 @@ pub(super) struct Root<'a> {
     #[serde(default)]
     pub(super) materials: Vec<IgnoredAny>,
     #[serde(default)]
-    pub(super) skins: Vec<IgnoredAny>,
+    pub(super) skins: Vec<Skin>,
     #[serde(default)]
     pub(super) animations: Vec<IgnoredAny>,
     #[serde(default)]
@@ -75,16 +78,18 @@ pub(super) struct RootExtensions {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Scene {
-    #[serde(default)]
+    #[serde(default, deserialize_with = "all_whole")]
     pub(super) nodes: Vec<u32>,
 }
 
 // Boxes keep a node small: a hostile file has one for every three bytes.
 #[derive(Debug, Deserialize)]
 pub(super) struct Node {
-    #[serde(default)]
+    #[serde(default, deserialize_with = "all_whole")]
     pub(super) children: Vec<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) mesh: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) skin: Option<u32>,
     pub(super) matrix: Option<Box<[f64; 16]>>,
     pub(super) translation: Option<Box<[f64; 3]>>,
@@ -97,7 +102,49 @@ pub(super) struct Node {
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(super) instances: Option<IgnoredAny>,
+    pub(super) instances: Option<Box<Instances>>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub(super) visibility: Option<Visibility>,
+}
+
+/// Where copies of a node's mesh are, and nothing at the node itself.
+#[derive(Debug, Deserialize)]
+pub(super) struct Instances {
+    #[serde(default)]
+    pub(super) attributes: InstanceAttributes,
+}
+
+/// The accessors of the copies' transforms.
+#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) struct InstanceAttributes {
+    #[serde(default, deserialize_with = "maybe_whole")]
+    pub(super) translation: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
+    pub(super) rotation: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
+    pub(super) scale: Option<u32>,
+}
+
+/// Whether a node and all below it are shown.
+#[derive(Debug, Deserialize)]
+pub(super) struct Visibility {
+    #[serde(default = "yes")]
+    pub(super) visible: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Bones, and what takes a mesh to where each of them was when they were put in.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    #[serde(default, deserialize_with = "all_whole")]
+    pub(super) joints: Vec<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
+    pub(super) inverse_bind_matrices: Option<u32>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -109,9 +156,11 @@ pub(super) struct Mesh {
 #[derive(Debug, Deserialize)]
 pub(super) struct Primitive {
     pub(super) attributes: Semantics,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) indices: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) material: Option<u32>,
-    #[serde(default = "triangles")]
+    #[serde(default = "triangles", deserialize_with = "whole")]
     pub(super) mode: u32,
     #[serde(default)]
     pub(super) targets: Vec<IgnoredAny>,
@@ -156,7 +205,8 @@ impl<'de> Visitor<'de> for SemanticsVisitor {
 
     fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Semantics, M::Error> {
         let mut found = Semantics::default();
-        while let Some((name, accessor)) = map.next_entry::<String, u32>()? {
+        while let Some((name, accessor)) = map.next_entry::<String, Whole>()? {
+            let accessor = accessor.fit()?;
             let slot = match name.as_str() {
                 "POSITION" => &mut found.position,
                 "NORMAL" => &mut found.normal,
@@ -178,12 +228,15 @@ impl<'de> Visitor<'de> for SemanticsVisitor {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor<'a> {
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) buffer_view: Option<u32>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "whole")]
     pub(super) byte_offset: u64,
+    #[serde(deserialize_with = "whole")]
     pub(super) component_type: u32,
     #[serde(default)]
     pub(super) normalized: bool,
+    #[serde(deserialize_with = "whole")]
     pub(super) count: u64,
     #[serde(rename = "type")]
     pub(super) shape: Shape,
@@ -225,6 +278,7 @@ impl Shape {
 /// Elements that stand elsewhere than the others of their accessor.
 #[derive(Debug, Deserialize)]
 pub(super) struct Sparse {
+    #[serde(deserialize_with = "whole")]
     pub(super) count: u64,
     pub(super) indices: SparseIndices,
     pub(super) values: SparseValues,
@@ -233,27 +287,33 @@ pub(super) struct Sparse {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparseIndices {
+    #[serde(deserialize_with = "whole")]
     pub(super) buffer_view: u32,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "whole")]
     pub(super) byte_offset: u64,
+    #[serde(deserialize_with = "whole")]
     pub(super) component_type: u32,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparseValues {
+    #[serde(deserialize_with = "whole")]
     pub(super) buffer_view: u32,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "whole")]
     pub(super) byte_offset: u64,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct BufferView {
+    #[serde(deserialize_with = "whole")]
     pub(super) buffer: u32,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "whole")]
     pub(super) byte_offset: u64,
+    #[serde(deserialize_with = "whole")]
     pub(super) byte_length: u64,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) byte_stride: Option<u64>,
     #[serde(default)]
     pub(super) extensions: ViewExtensions,
@@ -272,12 +332,14 @@ pub(super) struct ViewExtensions {
 pub(super) struct Buffer<'a> {
     #[serde(borrow)]
     pub(super) uri: Option<&'a RawValue>,
+    #[serde(deserialize_with = "whole")]
     pub(super) byte_length: u64,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Image {
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) buffer_view: Option<u32>,
 }
 

@@ -23,7 +23,7 @@ impl Reader<'_> {
             return Ok(false);
         }
         for (accessor, (_, placement)) in &loose {
-            self.block(*accessor, placement)?;
+            self.positions(*accessor, placement)?;
         }
         Ok(true)
     }
@@ -31,17 +31,14 @@ impl Reader<'_> {
     /// What there is; `None` when some of it is no list of positions.
     fn loose(&self, shown: &[Shown]) -> Option<Loose> {
         let mut loose = Loose::new();
-        for Shown { mesh, placement } in shown {
+        for Shown { mesh, placement, .. } in shown {
             let Some(placement) = placement else { continue };
             let primitives = self.root.meshes.get(*mesh).map_or(&[][..], |m| &m.primitives);
             for accessor in primitives.iter().filter_map(|primitive| primitive.loose()) {
-                if self.block_of.contains_key(&accessor) || loose.contains_key(&accessor) {
+                if loose.contains_key(&accessor) || self.known(accessor).is_some() {
                     continue;
                 }
                 let elements = self.accessors.elements(accessor).ok()?;
-                if self.block_of_key.contains_key(&elements.key(accessor)) {
-                    continue;
-                }
                 let whole = elements.shape == Shape::Vec3 && elements.component != Component::U32;
                 let finite = |element| is_finite(&placement.world(&self.stored(&elements, element)));
                 if !whole || elements.has_gaps() || !(0..elements.count).all(finite) {

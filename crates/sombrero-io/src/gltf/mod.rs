@@ -10,7 +10,7 @@
 //! it shows are vertices without a face.
 //!
 //! Refused: glTF 1.0, Draco and meshopt compression, positions that share bytes with other data, buffers that are
-//! missing or outside the folder, and claims that the bytes do not bear out.
+//! missing or outside the folder, required extensions that are not known, and claims that the bytes do not bear out.
 
 mod accessor;
 mod block;
@@ -20,15 +20,18 @@ mod container;
 mod elements;
 mod encode;
 mod error;
+mod extensions;
 mod geometry;
 mod json;
 mod loose;
+mod overlaps;
 mod patches;
 mod places;
 mod scene;
 mod shading;
 #[cfg(test)]
 mod tests;
+mod whole;
 mod write;
 
 use crate::error::ParseError;
@@ -43,7 +46,6 @@ pub(crate) static FAMILY: Family = Family {
     variants: &[&TEXT, &BINARY],
     recognise: |bytes| Evidence::Certain.when(container::is_gltf(bytes)),
     parse,
-    is_text: true,
     empty: ParseError::NothingShown,
 };
 

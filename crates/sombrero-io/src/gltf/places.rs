@@ -14,24 +14,20 @@ const LEAST: usize = 64;
 #[derive(Debug, Default)]
 pub(super) struct Places {
     list: Vec<Place>,
-    /// What each mesh that was read shows, and where it stands first.
+    /// What each mesh that was read shows, and where that stands first.
     drawn: HashMap<usize, Vec<(Range<u32>, Placement)>>,
     /// Vertices at all places so far.
     shown: usize,
 }
 
 impl Places {
-    /// Notes what a mesh shows at `placement`; its vertices stand at `first`, where another mesh may have shown them.
-    pub(super) fn show(
-        &mut self,
-        mesh: usize,
-        vertices: Range<u32>,
-        first: &Placement,
-        placement: &Placement,
-    ) {
-        self.add(&vertices, first, placement);
-        let drawn = self.drawn.entry(mesh).or_default();
-        drawn.push((vertices, *first));
+    /// Notes what a mesh shows at `placement`: stretches of vertices, with where each stands, where another mesh may have
+    /// shown it.
+    pub(super) fn show(&mut self, mesh: usize, stretches: &[(Range<u32>, Placement)], placement: &Placement) {
+        for (vertices, first) in stretches {
+            self.add(vertices, first, placement);
+        }
+        self.drawn.entry(mesh).or_default().extend_from_slice(stretches);
     }
 
     /// Notes that all of a mesh is shown at `placement`, too.

@@ -30,18 +30,20 @@ pub(super) struct Shading {
     tangents_seen: HashSet<Key>,
 }
 
-/// Directions of a block's points, one for each.
+/// Directions of a block's points, one for each from the element `start` on.
 #[derive(Debug, Clone)]
 struct List {
     elements: Elements,
-    key: Key,
     block: usize,
+    start: usize,
 }
 
 #[derive(Debug, Clone)]
 struct Part {
     triangles: Range<usize>,
     block: usize,
+    /// The element of the block that the first normal belongs to.
+    start: usize,
     list: usize,
 }
 
@@ -56,7 +58,7 @@ impl Shading {
     pub(super) fn add(
         &mut self,
         accessors: &Accessors<'_>,
-        block: usize,
+        (block, start): (usize, usize),
         triangles: Range<usize>,
         normal: u32,
         tangent: Option<u32>,
@@ -64,13 +66,13 @@ impl Shading {
         let list = match self.list_of.get(&normal) {
             Some(list) => *list,
             None => {
-                let list = self.new_list(accessors.elements(normal)?, normal, block);
+                let list = self.new_list(accessors.elements(normal)?, normal, (block, start));
                 self.list_of.insert(normal, list);
                 list
             }
         };
         let Some(list) = list else { return Ok(()) };
-        self.parts.push(Part { triangles, block, list });
+        self.parts.push(Part { triangles, block, start, list });
         if let Some(tangent) = tangent.filter(|t| !self.tangents_seen.contains(&Key::Own(*t))) {
             let elements = accessors.elements(tangent)?;
             let key = elements.key(tangent);
@@ -79,14 +81,19 @@ impl Shading {
                 && !elements.has_gaps()
                 && (key == Key::Own(tangent) || self.tangents_seen.insert(key))
             {
-                self.tangents.push((list, List { elements, key, block }));
+                self.tangents.push((list, List { elements, block, start }));
             }
         }
         Ok(())
     }
 
     // One without bytes could be longer than the file, and cannot be turned.
-    fn new_list(&mut self, elements: Elements, accessor: u32, block: usize) -> Option<usize> {
+    fn new_list(
+        &mut self,
+        elements: Elements,
+        accessor: u32,
+        (block, start): (usize, usize),
+    ) -> Option<usize> {
         if !is_direction(&elements, Shape::Vec3) || elements.has_gaps() {
             return None;
         }
@@ -94,7 +101,7 @@ impl Shading {
         let next = self.lists.len();
         let list = *self.list_of_key.entry(key).or_insert(next);
         if list == next {
-            self.lists.push(List { elements, key, block });
+            self.lists.push(List { elements, block, start });
         }
         Some(list)
     }
@@ -109,8 +116,8 @@ impl Shading {
     }
 
     /// Leaves out normals that are positions at the same time, as on a sphere: they turn with those.
-    pub(super) fn leave_out(&mut self, positions: &HashMap<Key, usize>) {
-        if self.lists.iter().any(|list| positions.contains_key(&list.key)) {
+    pub(super) fn leave_out(&mut self, is_position: impl Fn(&Elements) -> bool) {
+        if self.lists.iter().any(|list| is_position(&list.elements)) {
             *self = Self::default();
         }
     }
@@ -135,15 +142,13 @@ impl Shading {
         let turns_of = |list: usize| starts.get(list).and_then(|start| turns.get(*start..)).unwrap_or(&[]);
         for (index, list) in self.lists.iter().enumerate() {
             let Some(block) = blocks.get(list.block) else { continue };
-            let frame = Frame::of_normals(&block.placement);
-            list.turn(&frame, turns_of(index), patches);
+            list.turn(block, Frame::of_normals, turns_of(index), patches);
         }
         for (index, list) in &self.tangents {
             let Some(block) = blocks.get(list.block) else { continue };
-            let frame = Frame::of_tangents(&block.placement);
             let count = self.lists.get(*index).map_or(0, |l| l.elements.count);
             let turns = turns_of(*index);
-            list.turn(&frame, turns.get(..count).unwrap_or(turns), patches);
+            list.turn(block, Frame::of_tangents, turns.get(..count).unwrap_or(turns), patches);
         }
     }
 
@@ -162,12 +167,12 @@ impl Shading {
         let mut starts = Vec::with_capacity(self.lists.len());
         for list in &self.lists {
             starts.push(values.len());
-            let frame = Frame::of_normals(&blocks.get(list.block)?.placement);
-            values.extend((0..list.elements.count).map(|i| frame.world * list.value(i, patches)));
+            let mut frames = Frames::new(blocks.get(list.block)?, list.start, Frame::of_normals);
+            values.extend((0..list.elements.count).map(|i| frames.at(i).world * list.value(i, patches)));
         }
         let mut corners = vec![[NONE; 3]; triangles.len()];
         for part in &self.parts {
-            let first = blocks.get(part.block)?.first;
+            let first = blocks.get(part.block)?.first + part.start;
             let count = self.lists.get(part.list)?.elements.count;
             let start = *starts.get(part.list)?;
             let normal = |vertex: u32| {
@@ -193,8 +198,10 @@ impl List {
         Vector3::from(raw.map(|c| self.elements.meaning(c)))
     }
 
-    fn turn(&self, frame: &Frame, turns: &[Turn], patches: &mut Patches<'_>) {
+    fn turn(&self, block: &Block, of: fn(&Placement) -> Frame, turns: &[Turn], patches: &mut Patches<'_>) {
+        let mut frames = Frames::new(block, self.start, of);
         for (element, turn) in (0..self.elements.count).zip(turns) {
+            let frame = frames.at(element);
             let stored = self.value(element, patches);
             let world = frame.world * stored;
             let turned = turn.of(&world);
@@ -217,7 +224,31 @@ impl List {
     }
 }
 
+/// The frames of a list's elements, one after the other: neighbours mostly have the same.
+struct Frames<'a> {
+    block: &'a Block,
+    start: usize,
+    of: fn(&Placement) -> Frame,
+    last: (Placement, Frame),
+}
+
+impl<'a> Frames<'a> {
+    fn new(block: &'a Block, start: usize, of: fn(&Placement) -> Frame) -> Self {
+        let placement = *block.placement(start);
+        Self { block, start, of, last: (placement, of(&placement)) }
+    }
+
+    fn at(&mut self, element: usize) -> Frame {
+        let placement = self.block.placement(self.start.saturating_add(element));
+        if *placement != self.last.0 {
+            self.last = (*placement, (self.of)(placement));
+        }
+        self.last.1
+    }
+}
+
 /// How directions go from the file to the world and back.
+#[derive(Debug, Clone, Copy)]
 struct Frame {
     world: Matrix3<f64>,
     back: Matrix3<f64>,

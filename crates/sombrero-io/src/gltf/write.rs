@@ -1,5 +1,6 @@
 //! Other positions in the same file: bytes of buffers, and the few numbers and names of the JSON that follow them.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::Point3;
@@ -12,7 +13,7 @@ use super::elements::Elements;
 use super::patches::Patches;
 use super::shading::Shading;
 use crate::coordinate;
-use crate::error::WriteError;
+use crate::error::{ParseError, Place, WriteError};
 use crate::parsed::{self, Companion, Original, Rewrite, Rewritten};
 use crate::splice::Splice;
 use crate::text;
@@ -29,10 +30,17 @@ pub(super) struct Layout {
 }
 
 impl parsed::Layout for Layout {
+    fn misplaced(&self, _: &[u8], vertex: usize) -> ParseError {
+        let block = self.blocks.iter().rfind(|block| block.first <= vertex);
+        let (accessor, first) = block.map_or((0, 0), |block| (block.accessor, block.first));
+        let name = format!("accessor {accessor}, position");
+        ParseError::NonFinite { place: Place::Element { name, index: vertex - first } }
+    }
+
     fn steps(&self, soup: &Soup) -> Vec<f32> {
         let of = |block: &Block| {
             let points = soup.points.get(block.first..block.first + block.elements.count).unwrap_or_default();
-            points.iter().map(|p| block.step(p)).collect::<Vec<f32>>()
+            points.iter().enumerate().map(|(element, p)| block.step(element, p)).collect::<Vec<f32>>()
         };
         self.blocks.iter().flat_map(of).collect()
     }
@@ -62,14 +70,15 @@ impl parsed::Layout for Layout {
 
 impl Block {
     /// The distance between neighbouring numbers at one of its points, which stands at `world`, in model units.
-    fn step(&self, world: &Point3<f64>) -> f32 {
-        let largest = self.placement.stored(world).coords.amax();
+    fn step(&self, element: usize, world: &Point3<f64>) -> f32 {
+        let placement = self.placement(element);
+        let largest = placement.stored(world).coords.amax();
         let step = match self.elements.component.bounds() {
             Some((_, most)) if self.elements.normalized => 1.0 / most,
             Some(_) => 1.0,
             None => coordinate::step_of_single(largest),
         };
-        (step * self.placement.scale()) as f32
+        (step * placement.scale()) as f32
     }
 }
 
@@ -77,14 +86,16 @@ impl Layout {
     /// The numbers of `min` and `max` that are no longer true.
     fn new_bounds(&self, source: &[u8], moved: &[bool], patches: &Patches<'_>) -> Vec<Edit> {
         let mut edits = Vec::new();
-        let mut extremes: Vec<Option<Extremes>> = vec![None; self.blocks.len()];
+        let mut extremes: HashMap<(usize, Range<usize>), Extremes> = HashMap::new();
         for bounds in &self.bounds {
             let Some(block) = self.blocks.get(bounds.block) else { continue };
             if !moved.get(bounds.block).copied().unwrap_or(false) {
                 continue;
             }
-            let Some(slot) = extremes.get_mut(bounds.block) else { continue };
-            let extremes = slot.get_or_insert_with(|| Extremes::of(&block.elements, patches));
+            let range = bounds.elements.clone();
+            let extremes = extremes
+                .entry((bounds.block, range.clone()))
+                .or_insert_with(|| Extremes::of(&block.elements, range, patches));
             bounds.follow(self.json(source), &block.elements, extremes, &mut edits);
         }
         edits
@@ -175,7 +186,7 @@ impl Block {
             if text::same(old, new) {
                 continue;
             }
-            let raw = self.spell(vertex, new)?;
+            let raw = self.spell(element, new)?;
             if !patches.put(&self.elements, element, raw) {
                 return Err(WriteError::NotStored { vertex });
             }
@@ -184,8 +195,9 @@ impl Block {
         Ok(changed)
     }
 
-    fn spell(&self, vertex: usize, world: &Point3<f64>) -> Result<[f64; 3], WriteError> {
-        let stored = self.placement.stored(world);
+    fn spell(&self, element: usize, world: &Point3<f64>) -> Result<[f64; 3], WriteError> {
+        let stored = self.placement(element).stored(world);
+        let vertex = self.first + element;
         let coordinate = |value| self.elements.coordinate(vertex, value);
         Ok([coordinate(stored.x)?, coordinate(stored.y)?, coordinate(stored.z)?])
     }
@@ -199,9 +211,9 @@ struct Extremes {
 }
 
 impl Extremes {
-    fn of(elements: &Elements, patches: &Patches<'_>) -> Self {
+    fn of(elements: &Elements, range: Range<usize>, patches: &Patches<'_>) -> Self {
         let mut found = Self { before: NOTHING, after: NOTHING };
-        for element in 0..elements.count {
+        for element in range {
             let slot = elements.slot(element);
             let raw = |bytes: &[u8]| slot.map_or([0.0; 3], |(_, offset)| elements.raw(bytes, offset));
             let store = slot.map_or(usize::MAX, |(store, _)| store);

@@ -21,6 +21,14 @@ pub(super) trait Body<'a> {
     fn value(&self, scalar: Scalar, span: Range<usize>) -> Option<f64>;
     /// Appends a value.
     fn push(&self, scalar: Scalar, value: f64, out: &mut Vec<u8>);
+    /// Takes note that so many rows follow.
+    fn expect(&mut self, _rows: u64) {}
+    /// Ends a row: what its line holds beyond it belongs to nobody, where lines are rows.
+    fn end_row(&mut self) {}
+    /// Whether lines held more than their rows.
+    fn has_excess(&self) -> bool {
+        false
+    }
     /// How an error names the place of a value.
     fn place(&self, element: &str, index: usize, span: Range<usize>) -> Place;
     /// Bytes that one value takes at least.
@@ -29,15 +37,19 @@ pub(super) trait Body<'a> {
     fn row_size(element: &Element) -> Option<usize>;
 }
 
-/// Values as words of text; line ends are spaces.
+/// Values as words of text; line ends are spaces. Where a line holds more than its row, and there are as many lines as rows,
+/// each row has a line of its own.
 pub(super) struct Ascii<'a> {
     bytes: &'a [u8],
     words: Words<'a>,
+    rows_left: u64,
+    /// Whether rows have lines of their own, once a line made that worth knowing.
+    by_line: Option<bool>,
 }
 
 impl<'a> Ascii<'a> {
     pub(super) fn new(bytes: &'a [u8], at: usize) -> Self {
-        Self { bytes, words: Words::new(bytes, at) }
+        Self { bytes, words: Words::new(bytes, at), rows_left: 0, by_line: None }
     }
 }
 
@@ -69,6 +81,25 @@ impl<'a> Body<'a> for Ascii<'a> {
 
     fn push(&self, _: Scalar, value: f64, out: &mut Vec<u8>) {
         text::push_number(out, value);
+    }
+
+    fn expect(&mut self, rows: u64) {
+        self.rows_left = rows;
+    }
+
+    fn end_row(&mut self) {
+        self.rows_left = self.rows_left.saturating_sub(1);
+        if self.words.is_at_line_end() {
+            return;
+        }
+        let Self { words, rows_left, by_line, .. } = self;
+        if *by_line.get_or_insert_with(|| words.lines_left() >= *rows_left) {
+            words.skip_line();
+        }
+    }
+
+    fn has_excess(&self) -> bool {
+        self.by_line == Some(true)
     }
 
     fn place(&self, _: &str, _: usize, span: Range<usize>) -> Place {
@@ -249,6 +280,7 @@ pub(super) fn skip_rows<'a, B: Body<'a>>(body: &mut B, element: &Element) -> Res
         for property in &element.properties {
             skip(body, property.kind, element, index)?;
         }
+        body.end_row();
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use super::body::{self, Body};
 use super::element::{Element, Kind, is_corners};
 use super::scalar::Scalar;
 use crate::error::ParseError;
-use crate::polygon;
+use crate::polygon::{self, Faces};
 
 /// What a list of indices draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,14 +20,14 @@ pub(super) fn read<'a, B: Body<'a>>(
     element: &Element,
     vertices: usize,
     shape: Shape,
-    triangles: &mut Vec<[u32; 3]>,
+    faces: &mut Faces,
 ) -> Result<(), ParseError> {
     let Some(list) = element.properties.iter().position(is_corners) else {
         // The header allows this only where there are no rows.
         return body::skip_rows(body, element);
     };
     // Most faces are triangles, but a claim of many may also be of empty ones.
-    triangles.reserve(element.count.min((body.bytes().len() - body.at()) / 6));
+    faces.triangles.reserve(element.count.min((body.bytes().len() - body.at()) / 6));
     let mut corners = Vec::new();
     for index in 0..element.count {
         for (i, property) in element.properties.iter().enumerate() {
@@ -35,11 +35,12 @@ pub(super) fn read<'a, B: Body<'a>>(
                 Kind::List { count, item } if i == list => {
                     let size = body::length(body, count, element, index)?;
                     let row = Row { element, index, vertices, shape };
-                    row.read(body, size, item, &mut corners, triangles)?;
+                    row.read(body, size, item, &mut corners, faces)?;
                 }
                 kind => body::skip(body, kind, element, index)?,
             }
         }
+        body.end_row();
     }
     Ok(())
 }
@@ -58,7 +59,7 @@ impl Row<'_> {
         size: u64,
         item: Scalar,
         corners: &mut Vec<u32>,
-        triangles: &mut Vec<[u32; 3]>,
+        faces: &mut Faces,
     ) -> Result<(), ParseError> {
         corners.clear();
         for _ in 0..size {
@@ -66,15 +67,15 @@ impl Row<'_> {
             match u32::try_from(corner) {
                 Ok(corner) if (corner as usize) < self.vertices => corners.push(corner),
                 _ if corner == -1 && self.shape == Shape::Strip => {
-                    polygon::strip(corners, triangles);
+                    polygon::strip(corners, &mut faces.triangles);
                     corners.clear();
                 }
                 _ => return Err(self.out_of_range(body, corner)),
             }
         }
         match self.shape {
-            Shape::Polygon => polygon::fan(corners, triangles),
-            Shape::Strip => polygon::strip(corners, triangles),
+            Shape::Polygon => faces.push(corners),
+            Shape::Strip => polygon::strip(corners, &mut faces.triangles),
         }
         Ok(())
     }

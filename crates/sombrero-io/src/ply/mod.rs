@@ -23,6 +23,7 @@ use crate::format::Format;
 use crate::input::{Limits, Source};
 use crate::normals::Stored;
 use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
+use crate::polygon::Faces;
 use crate::text;
 
 use body::{Ascii, Binary, Body};
@@ -35,7 +36,6 @@ pub(crate) static FAMILY: Family = Family {
     variants: &[&LITTLE_ENDIAN, &BIG_ENDIAN, &ASCII],
     recognise: |bytes| Evidence::Certain.when(header::is_ply(bytes)),
     parse,
-    is_text: false,
     empty: ParseError::NoVertices,
 };
 
@@ -82,6 +82,17 @@ impl parsed::Layout for Layout {
         _: &Rewrite,
     ) -> Result<Rewritten, WriteError> {
         Ok(self.rewrite_axes(AXES, original.bytes, &original.soup.points, points)?.into())
+    }
+
+    fn misplaced(&self, bytes: &[u8], vertex: usize) -> ParseError {
+        let Self { encoding, element, rows } = self;
+        match encoding {
+            Encoding::Ascii => vertices::misplaced(Ascii::new(bytes, 0), element, rows, vertex),
+            Encoding::LittleEndian => {
+                vertices::misplaced(Binary::<false>::new(bytes, 0), element, rows, vertex)
+            }
+            Encoding::BigEndian => vertices::misplaced(Binary::<true>::new(bytes, 0), element, rows, vertex),
+        }
     }
 
     fn words(&self, original: &Original<'_>) -> Option<Words> {
@@ -157,7 +168,9 @@ fn read<'a, B: Body<'a>>(
 ) -> Result<Parsed, ParseError> {
     body.seek(header.start);
     let count = header.vertex().count;
-    let (mut points, mut rows, mut triangles) = (Vec::new(), vertices::Rows::default(), Vec::new());
+    let with_values = header.elements.iter().filter(|element| !element.properties.is_empty());
+    body.expect(with_values.fold(0, |rows, element| rows.saturating_add(element.count as u64)));
+    let (mut points, mut rows, mut faces) = (Vec::new(), vertices::Rows::default(), Faces::default());
     for (index, element) in header.elements.iter().enumerate() {
         body::check_claim(&body, element)?;
         if index == header.vertex {
@@ -165,19 +178,23 @@ fn read<'a, B: Body<'a>>(
         }
         match element.name.as_str() {
             _ if index == header.vertex => (points, rows) = vertices::read(&mut body, element)?,
-            "face" => faces::read(&mut body, element, count, faces::Shape::Polygon, &mut triangles)?,
-            "tristrips" => faces::read(&mut body, element, count, faces::Shape::Strip, &mut triangles)?,
+            "face" => faces::read(&mut body, element, count, faces::Shape::Polygon, &mut faces)?,
+            "tristrips" => faces::read(&mut body, element, count, faces::Shape::Strip, &mut faces)?,
             _ => body::skip_rows(&mut body, element)?,
         }
     }
-    let attributes = names::attributes(&header);
+    let mut attributes = names::attributes(&header);
+    if body.has_excess() {
+        attributes.note("undeclared values");
+    }
     let fixed = vertices::is_fixed(header.vertex());
     let fixed =
         fixed.then(|| "Positions are stored as whole numbers and cannot move; store them as floats.".into());
     let Header { encoding, mut elements, vertex, .. } = header;
     let element = elements.swap_remove(vertex);
     let layout = Layout { encoding, element, rows };
-    Ok(Parsed { fixed, ..Parsed::new(format, Soup::new(points, triangles), attributes, layout) })
+    let Faces { triangles, polygons } = faces;
+    Ok(Parsed { fixed, polygons, ..Parsed::new(format, Soup::new(points, triangles), attributes, layout) })
 }
 
 /// A new file with 64-bit positions and triangles.

@@ -189,16 +189,17 @@ fn wrong_indices_are_named_with_their_place() {
 
 #[test]
 fn values_that_are_no_numbers_are_named_with_their_place() {
-    let header = format!("element vertex 2\n{XYZ}");
-    let not = ParseError::NotANumber { place: Place::Line(9), found: "?".into() };
-    assert_eq!(parse_error(ascii(&header, "0 0 0\n0 ? 0\n"), "ply"), not);
-    for text in ["nan", "inf", "1e400"] {
-        let text = ascii(&header, &format!("0 0 0\n0 {text} 0\n"));
-        assert_eq!(parse_error(text, "ply"), ParseError::NonFinite { place: Place::Line(9) });
+    let header = format!("element vertex 2\n{XYZ}element face 1\n{FACES}");
+    let not = ParseError::NotANumber { place: Place::Line(11), found: "?".into() };
+    assert_eq!(parse_error(ascii(&header, "0 0 0\n0 ? 0\n3 0 0 1\n"), "ply"), not);
+    for text in ["nan", "inf", "1e400", "-nan(ind)", "1.#INF"] {
+        let text = ascii(&header, &format!("0 0 0\n0 {text} 0\n3 0 0 1\n"));
+        assert_eq!(parse_error(text, "ply"), ParseError::NonFinite { place: Place::Line(11) });
     }
     let mut bytes = ascii(&header, "").replace("ascii", "binary_little_endian").into_bytes();
     bytes.extend_from_slice(&[0; 20]);
     bytes.extend_from_slice(&f32::INFINITY.to_le_bytes());
+    bytes.extend_from_slice(&[3, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0]);
     let place = Place::Element { name: "vertex".into(), index: 1 };
     assert_eq!(parse_error(bytes, "ply"), ParseError::NonFinite { place });
 }
@@ -303,4 +304,66 @@ fn whole_numbers_say_that_they_cannot_move() {
     let header = format!("element vertex 1\n{}", XYZ.replace("float", "int"));
     assert!(read(ascii(&header, "1 2 3\n"), "ply").fixed().is_some_and(|why| why.contains("whole numbers")));
     assert_eq!(read(ascii(&format!("element vertex 1\n{XYZ}"), "1 2 3\n"), "ply").fixed(), None);
+}
+
+#[test]
+fn lines_that_hold_more_than_the_header_declares_are_read_as_lines() {
+    let header = format!("element vertex 3\n{XYZ}element face 1\n{FACES}");
+    for rows in [
+        "0 0 0 255\n1 0 0 255\n0 1 0 255\n3 0 1 2\n",
+        "0 0 0\n1 0 0 0.5 0.5\n0 1 0\n3 0 1 2\n",
+        "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n",
+        "0 0 0 # one\n\n1 0 0 # two\n\n0 1 0\t\n3 0 1 2 # a face",
+        "0 0 0 9\n1 0\n0 9\n0 1 0\n3 0 1\n2 8\n",
+    ] {
+        for end in ["\n", "\r\n", "\r"] {
+            let text = ascii(&header, rows).replace('\n', end);
+            let document = read(&text, "ply");
+            assert_eq!(document.triangles(), [[0, 1, 2]], "{rows}");
+            assert_eq!(document.points()[1], Point3::new(1.0, 0.0, 0.0), "{rows}");
+            assert_eq!(document.attributes(), ["undeclared values"], "{rows}");
+            let (bytes, points) = moved(&document);
+            assert_eq!(read(bytes, "ply").points(), points);
+        }
+    }
+}
+
+#[test]
+fn rows_need_no_lines_of_their_own_where_nothing_is_undeclared() {
+    let header = format!("element vertex 3\n{XYZ}element face 2\n{FACES}");
+    for rows in [
+        "0 0 0 1 0 0 0 1 0\n3 0 1 2 3 2 1 0\n",
+        "0 0 0 1 0 0 0 1 0 3 0 1 2 3 2 1 0",
+        "0 0\n0 1 0\n0 0 1 0\n3 0 1 2 3 2 1 0\n",
+    ] {
+        let document = read(ascii(&header, rows), "ply");
+        assert_eq!(document.triangles(), [[0, 1, 2], [2, 1, 0]], "{rows}");
+        assert!(document.attributes().is_empty(), "{rows}");
+    }
+}
+
+#[test]
+fn unused_vertices_may_be_anything() {
+    let header = format!("element vertex 4\n{XYZ}element face 1\n{FACES}");
+    let text = ascii(&header, "nan nan nan\n0 0 0\n1 0 0\n0 1 0\n3 1 2 3\n");
+    let document = read(&text, "ply");
+    assert_eq!(document.points()[0], document.points()[1]);
+    let (bytes, points) = moved(&document);
+    assert!(String::from_utf8_lossy(&bytes).contains("\nnan nan nan\n"));
+    assert_eq!(read(bytes, "ply").points()[1..], points[1..]);
+    for format in ["binary_little_endian", "binary_big_endian"] {
+        let mut bytes = ascii(&header, "").replace("ascii", format).into_bytes();
+        bytes.extend_from_slice(&[0xff; 12]);
+        bytes.extend_from_slice(&[0; 36]);
+        bytes.push(3);
+        let big = format.contains("big");
+        for corner in 1..4_i32 {
+            bytes.extend(if big { corner.to_be_bytes() } else { corner.to_le_bytes() });
+        }
+        let document = read(&bytes, "ply");
+        let (written, points) = moved(&document);
+        assert_eq!(read(&written, "ply").points()[1..], points[1..]);
+        let start = bytes.len() - 61;
+        assert_eq!(written[start..start + 12], [0xff; 12]);
+    }
 }

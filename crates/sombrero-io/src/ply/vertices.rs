@@ -63,6 +63,7 @@ pub(super) fn read<'a, B: Body<'a>>(
             starts.push(body.at());
         }
         points.push(position(body, element, &plan, index)?);
+        body.end_row();
     }
     Ok((points, even.unwrap_or(Rows::Each(starts))))
 }
@@ -90,14 +91,32 @@ fn coordinate<'a, B: Body<'a>>(
     index: usize,
 ) -> Result<f64, ParseError> {
     let span = body::pass(body, scalar, element, index)?;
-    match body.value(scalar, span.clone()) {
-        Some(value) if value.is_finite() => Ok(value),
-        Some(_) => Err(ParseError::NonFinite { place: body.place(&element.name, index, span) }),
-        None => {
-            let found = text::quoted(&body.bytes()[span.clone()]);
-            Err(ParseError::NotANumber { place: body.place(&element.name, index, span), found })
+    Ok(body.value(scalar, span).unwrap_or(f64::NAN))
+}
+
+/// What is wrong with a vertex of which a coordinate is no finite number.
+pub(super) fn misplaced<'a, B: Body<'a>>(
+    mut body: B,
+    element: &Element,
+    rows: &Rows,
+    vertex: usize,
+) -> ParseError {
+    body.seek(rows.start(vertex).unwrap_or_default());
+    for property in &element.properties {
+        let Some((_, scalar)) = axis(AXES, property) else {
+            if body::skip(&mut body, property.kind, element, vertex).is_err() {
+                break;
+            }
+            continue;
+        };
+        let Some(span) = body.pass(scalar) else { break };
+        match body.value(scalar, span.clone()) {
+            Some(value) if value.is_finite() => {}
+            Some(_) => break,
+            None => return text::misplaced(body.bytes(), [span]),
         }
     }
+    ParseError::NonFinite { place: body.place(&element.name, vertex, body.at()..body.at()) }
 }
 
 /// The normals of all rows; `None` if they are not stored as three floats each.
@@ -114,7 +133,7 @@ pub(super) fn normals<'a, B: Body<'a>>(
     }
     let normal = |row| {
         body.seek(rows.start(row)?);
-        position(&mut body, element, &plan, row).ok().map(|p| p.coords)
+        position(&mut body, element, &plan, row).ok().filter(coordinate::is_finite).map(|p| p.coords)
     };
     (0..element.count).map(normal).collect()
 }

@@ -1,7 +1,9 @@
 //! ASCII STL: `solid`, then `facet normal … outer loop vertex … endloop endfacet`, then `endsolid`.
 //!
-//! Keywords may be in any case, and line ends count as spaces except behind `solid` and `endsolid`, whose names
-//! run to the end of the line. A file may hold several solids.
+//! What is said between the facets and behind the words of one is passed over: names, colours, comments, a tail. Keywords
+//! may be in any case, in one word or in two (`end loop`), with a name behind them (`endsolidNAME`); line ends count as
+//! spaces within a facet. A file may hold several solids, and its last line may be missing. A facet itself must be
+//! whole: three vertices and an end, which tells that the last number was not cut off.
 
 use std::ops::Range;
 
@@ -18,16 +20,18 @@ use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
 use crate::splice::Splice;
 use crate::text::{self, Words};
 
-/// Whether the file begins like a text: `solid`, a name, and on the next line a facet or the end.
+/// So many lines may stand between the first and what tells that this is an STL.
+const MOST_LINES: usize = 8;
+
+/// Whether the file begins like a text: `solid`, a name, and on one of the next lines a facet or the end.
 pub(super) fn is_ascii(bytes: &[u8]) -> bool {
-    let mut words = Words::new(bytes, text::beginning(bytes));
-    if !words.word().is_some_and(|w| bytes[w].eq_ignore_ascii_case(b"solid")) {
+    let mut reader = Reader::new(bytes, text::beginning(bytes));
+    if !reader.words.word().is_some_and(|word| reader.is(&word, "solid")) {
         return false;
     }
-    words.skip_line();
-    words.word().is_some_and(|w| {
-        let word = &bytes[w];
-        word.eq_ignore_ascii_case(b"facet") || word.eq_ignore_ascii_case(b"endsolid")
+    (0..MOST_LINES).any(|_| {
+        reader.words.skip_line();
+        matches!(reader.line().map(|(line, _)| line), Some(Line::Facet | Line::End))
     })
 }
 
@@ -40,31 +44,55 @@ struct Layout {
 
 /// The words of one facet.
 struct Facet {
-    normal: [Range<usize>; 3],
+    /// Where the normal stands, if there is one.
+    normal: Option<[Range<usize>; 3]>,
     corners: [[Range<usize>; 3]; 3],
+}
+
+/// What a line between facets is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Line {
+    Solid,
+    Facet,
+    End,
+    /// A word that belongs into a facet: there must have been one.
+    Inside,
+    Other,
 }
 
 /// Reads the whole file.
 pub(super) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     let Source { bytes, limits, .. } = source;
     let mut reader = Reader::new(bytes, text::beginning(bytes));
-    let (mut points, mut slots) = (Vec::new(), Vec::new());
-    while reader.solid()? {
-        while reader.choose("facet", "endsolid")? {
-            slots.push(reader.words.at());
-            for corner in reader.facet()?.corners {
-                let [x, y, z] = corner.map(|span| text::coordinate(bytes, span));
-                points.push(Point3::new(x?, y?, z?));
+    reader.check_beginning()?;
+    let (mut points, mut slots, mut ended) = (Vec::new(), Vec::new(), true);
+    while let Some((line, word)) = reader.line() {
+        match line {
+            Line::Facet => {
+                slots.push(reader.words.at());
+                let corners = reader.facet()?.corners;
+                points.extend(
+                    corners.map(|corner| Point3::from(corner.map(|span| text::coordinate(bytes, span)))),
+                );
+                reader.facets += 1;
+                limits.check_vertices(points.len())?;
+                continue;
             }
-            reader.facets += 1;
-            limits.check_vertices(points.len())?;
+            Line::Inside => return Err(reader.unexpected(&word, "facet` or `endsolid")),
+            Line::Solid => ended = false,
+            Line::End => ended = true,
+            Line::Other => {}
         }
         reader.words.skip_line();
     }
     let mut attributes = Attributes::default();
     attributes.note("facet normals");
     let soup = Soup::new(points, triangles(slots.len()));
-    Ok(Parsed::new(Format::StlAscii, soup, attributes, Layout { slots }))
+    let mut parsed = Parsed::new(Format::StlAscii, soup, attributes, Layout { slots });
+    if !ended {
+        parsed.notes.push("The text ends without `endsolid`: if it was cut off, facets are missing.".into());
+    }
+    Ok(parsed)
 }
 
 struct Reader<'a> {
@@ -79,69 +107,126 @@ impl<'a> Reader<'a> {
         Self { bytes, words: Words::new(bytes, at), facets: 0 }
     }
 
-    /// Passes over `solid` and its name; `false` if the file ends instead.
-    fn solid(&mut self) -> Result<bool, ParseError> {
-        let Some(word) = self.words.word() else {
-            return Ok(false);
-        };
-        if !self.is(&word, "solid") {
-            return Err(self.unexpected(&word, "solid"));
+    /// Refuses a text of which no line begins a solid or a facet.
+    fn check_beginning(&self) -> Result<(), ParseError> {
+        let mut reader = Reader::new(self.bytes, self.words.at());
+        let mut first = None;
+        while let Some((line, word)) = reader.line() {
+            if matches!(line, Line::Solid | Line::Facet) {
+                return Ok(());
+            }
+            first.get_or_insert(word);
+            reader.words.skip_line();
         }
-        self.words.skip_line();
-        Ok(true)
+        first.map_or(Ok(()), |word| Err(self.unexpected(&word, "solid")))
+    }
+
+    /// The first word of the next line that has one, or what is left of this one; and what it says.
+    fn line(&mut self) -> Option<(Line, Range<usize>)> {
+        let word = self.words.word()?;
+        let begins = |keyword: &str| {
+            let start = &self.bytes[word.clone()];
+            start.get(..keyword.len()).is_some_and(|start| start.eq_ignore_ascii_case(keyword.as_bytes()))
+        };
+        let line = if self.is(&word, "facet")
+            && ["normal", "outer", "outerloop"].iter().any(|k| self.next_is(k))
+        {
+            Line::Facet
+        } else if begins("endsolid") || (self.is(&word, "end") && self.next_is("solid")) {
+            Line::End
+        } else if begins("solid") {
+            Line::Solid
+        } else if ["outer", "outerloop", "vertex", "normal"].iter().any(|keyword| self.is(&word, keyword)) {
+            Line::Inside
+        } else {
+            Line::Other
+        };
+        Some((line, word))
+    }
+
+    /// Whether the next word is this one.
+    fn next_is(&self, keyword: &str) -> bool {
+        let mut words = Words::new(self.bytes, self.words.at());
+        words.word().is_some_and(|word| self.is(&word, keyword))
     }
 
     /// The facet behind whose first word the reader stands.
     fn facet(&mut self) -> Result<Facet, ParseError> {
-        self.expect("normal")?;
-        let normal = self.three()?;
-        self.expect("outer")?;
-        self.expect("loop")?;
+        let before = self.words.at();
+        let word = self.word()?;
+        let normal = if self.is(&word, "normal") { self.normal()? } else { self.back_to(before) };
+        self.find(&["outer", "outerloop"], "outer loop")?;
         let corners = [self.corner()?, self.corner()?, self.corner()?];
-        self.expect("endloop")?;
-        self.skip_unless(&["endfacet"]);
-        self.expect("endfacet")?;
-        self.skip_unless(&["facet", "endsolid"]);
+        self.end()?;
         Ok(Facet { normal, corners })
     }
 
-    /// Passes over the rest of the line unless one of these words comes next: some programs write more behind a
-    /// keyword.
-    fn skip_unless(&mut self, keywords: &[&str]) {
-        let before = self.words.at();
-        let fits =
-            self.words.word().is_none_or(|word| keywords.iter().any(|keyword| self.is(&word, keyword)));
-        self.words = Words::new(self.bytes, before);
-        if !fits {
-            self.words.skip_line();
+    /// The three words of a normal, unless the loop begins before.
+    fn normal(&mut self) -> Result<Option<[Range<usize>; 3]>, ParseError> {
+        let mut normal = [0..0, 0..0, 0..0];
+        for span in &mut normal {
+            let before = self.words.at();
+            *span = self.word()?;
+            if self.is(span, "outer") || self.is(span, "outerloop") {
+                return Ok(self.back_to(before));
+            }
         }
+        Ok(Some(normal))
+    }
+
+    /// Goes back to where a word was expected that did not come.
+    fn back_to<T>(&mut self, before: usize) -> Option<T> {
+        self.words = Words::new(self.bytes, before);
+        None
     }
 
     fn corner(&mut self) -> Result<[Range<usize>; 3], ParseError> {
-        self.expect("vertex")?;
-        self.three()
+        self.find(&["vertex"], "vertex")?;
+        Ok([self.word()?, self.word()?, self.word()?])
     }
 
-    fn three(&mut self) -> Result<[Range<usize>; 3], ParseError> {
-        Ok([self.word()?, self.word()?, self.word()?])
+    /// Passes over the end of a facet: `endloop endfacet`, each in one word or in two.
+    fn end(&mut self) -> Result<(), ParseError> {
+        self.find(&["endloop", "endfacet", "end"], "endloop")?;
+        // Whether `facet` would end this one, or begins the next.
+        let mut ends = true;
+        loop {
+            let before = self.words.at();
+            let Some(word) = self.words.word() else { return Ok(()) };
+            let more = ["endloop", "endfacet", "end", "loop"].iter().any(|keyword| self.is(&word, keyword));
+            if !more && !(ends && self.is(&word, "facet") && self.is_behind_end(before)) {
+                self.back_to::<()>(before);
+                return Ok(());
+            }
+            ends = self.is(&word, "end");
+        }
+    }
+
+    /// Whether the word before a byte is `end`.
+    fn is_behind_end(&self, at: usize) -> bool {
+        let before = self.bytes.get(..at).unwrap_or_default().trim_ascii_end();
+        let start = before.iter().rposition(|&byte| text::is_space(byte)).map_or(0, |at| at + 1);
+        before[start..].eq_ignore_ascii_case(b"end")
+    }
+
+    /// Passes over all up to one of these words, and over that. Other words of a facet must not come before.
+    fn find(&mut self, keywords: &[&str], named: &str) -> Result<(), ParseError> {
+        const OTHERS: [&str; 7] =
+            ["facet", "outer", "outerloop", "vertex", "endloop", "endfacet", "endsolid"];
+        loop {
+            let word = self.word()?;
+            if keywords.iter().any(|keyword| self.is(&word, keyword)) {
+                return Ok(());
+            }
+            let ends = self.is(&word, "end") && ["loop", "facet", "solid"].iter().any(|k| self.next_is(k));
+            if ends || OTHERS.iter().any(|keyword| self.is(&word, keyword)) {
+                return Err(self.unexpected(&word, named));
+            }
+        }
     }
 
     fn word(&mut self) -> Result<Range<usize>, ParseError> {
         self.words.word().ok_or_else(|| ParseError::Truncated { element: "facet".into(), index: self.facets })
-    }
-
-    fn expect(&mut self, keyword: &str) -> Result<(), ParseError> {
-        let word = self.word()?;
-        if self.is(&word, keyword) { Ok(()) } else { Err(self.unexpected(&word, keyword)) }
-    }
-
-    /// Whether the next word is the first keyword (`true`) or the second.
-    fn choose(&mut self, first: &str, second: &str) -> Result<bool, ParseError> {
-        let word = self.word()?;
-        match (self.is(&word, first), self.is(&word, second)) {
-            (false, false) => Err(self.unexpected(&word, &format!("{first}` or `{second}"))),
-            (chosen, _) => Ok(chosen),
-        }
     }
 
     fn is(&self, word: &Range<usize>, keyword: &str) -> bool {
@@ -156,12 +241,18 @@ impl<'a> Reader<'a> {
 }
 
 impl parsed::Layout for Layout {
+    fn misplaced(&self, bytes: &[u8], vertex: usize) -> ParseError {
+        let slot = self.slots.get(vertex / 3).copied().unwrap_or(bytes.len());
+        let facet = Reader::new(bytes, slot).facet();
+        text::misplaced(bytes, facet.into_iter().flat_map(|facet| facet.corners).flatten())
+    }
+
     fn words(&self, original: &Original<'_>) -> Option<decimals::Words> {
         let mut words = decimals::Words::default();
         for &slot in &self.slots {
             let facet = Reader::new(original.bytes, slot).facet().ok()?;
             words.coordinates.extend(facet.corners.into_iter().flatten());
-            words.directions.extend(facet.normal);
+            words.directions.extend(facet.normal.into_iter().flatten());
         }
         Some(words)
     }
@@ -196,9 +287,9 @@ fn replace(
     old: &[Point3<f64>; 3],
     new: &[Point3<f64>; 3],
 ) {
-    let zero = facet.normal.iter().all(|span| text::number(&source[span.clone()]) == Some(0.0));
-    if !zero {
-        for (span, value) in facet.normal.into_iter().zip(normal(*new)) {
+    let is_zero = |span: &Range<usize>| text::number(&source[span.clone()]) == Some(0.0);
+    if let Some(spans) = facet.normal.filter(|spans| !spans.iter().all(is_zero)) {
+        for (span, value) in spans.into_iter().zip(normal(*new)) {
             splice.replace(span, |out| text::push_number(out, value));
         }
     }
@@ -303,26 +394,101 @@ mod tests {
 
     #[test]
     fn strange_words_are_named_with_their_line() {
-        let text = file(1).replace("endsolid", "colour");
-        assert_eq!(parse_error(text, "stl"), malformed(9, "expected `facet` or `endsolid`, found `colour`"));
+        let text = file(1).replace("facet normal 0 0.6 0.8", "fcaet normal 0 0.6 0.8");
+        assert_eq!(parse_error(text, "stl"), malformed(3, "expected `facet` or `endsolid`, found `outer`"));
         let text = file(1).replace("1.00", "one");
         let expected = ParseError::NotANumber { place: Place::Line(5), found: "one".into() };
         assert_eq!(parse_error(text, "stl"), expected);
         let text = file(1).replace("1.00", "inf");
         assert_eq!(parse_error(text, "stl"), ParseError::NonFinite { place: Place::Line(5) });
         assert_eq!(parse_error("this is no mesh", "stl"), malformed(1, "expected `solid`, found `this`"));
-        assert_eq!(
-            parse_error(format!("{}junk", file(1)), "stl"),
-            malformed(10, "expected `solid`, found `junk`")
-        );
     }
 
     #[test]
     fn a_text_that_was_cut_off_says_where() {
-        let truncated = |index| ParseError::Truncated { element: "facet".into(), index };
         let text = file(2);
-        assert_eq!(parse_error(&text[..text.len() - "endsolid my part\n".len()], "stl"), truncated(2));
-        assert_eq!(parse_error(&text[..text.len() - 40], "stl"), truncated(1));
+        for end in [40, 37, 35] {
+            let truncated = ParseError::Truncated { element: "facet".into(), index: 1 };
+            assert_eq!(parse_error(&text[..text.len() - end], "stl"), truncated, "{end}");
+        }
+    }
+
+    #[test]
+    fn a_missing_last_line_is_told() {
+        let text = file(2);
+        let document = read(&text[..text.len() - "endsolid my part\n".len()], "stl");
+        assert_eq!(document.triangles().len(), 2);
+        assert!(document.notes()[0].starts_with("The text ends without `endsolid`"));
+        assert!(read(&text, "stl").notes().is_empty());
+    }
+
+    /// What is written with other positions is what was read but for the numbers.
+    fn holds(text: &str, facets: usize) {
+        let document = read(text, "stl");
+        assert_eq!(document.format(), Format::StlAscii, "{text}");
+        assert_eq!(document.triangles().len(), facets, "{text}");
+        let mut points = document.points().to_vec();
+        points[1].x = 2.5;
+        let bytes = String::from_utf8(document.with_points(&points).unwrap()).unwrap();
+        // Line by line, but for the normals, which follow.
+        let rest = |text: &str| -> Vec<String> {
+            text.lines().filter(|line| !line.contains("normal")).map(str::to_owned).collect()
+        };
+        assert_eq!(rest(&bytes), rest(&text.replacen("1.00", "2.5", 1)));
+        assert_eq!(read(bytes, "stl").points(), points);
+    }
+
+    #[test]
+    fn keywords_are_taken_as_people_write_them() {
+        for (from, to) in [
+            ("endsolid my part", "end solid my part"),
+            ("endsolid my part", "endsolidmy_part"),
+            ("endsolid my part", "END SOLID"),
+            ("endsolid my part", "endsolid my part\nProduced by somebody\n% the end"),
+            ("endsolid my part", "endsolid\n\u{1a}"),
+            ("endsolid my part\n", "\u{1a}"),
+            ("endloop", "end loop"),
+            ("endfacet", "end facet"),
+            (" endloop\nendfacet", " end loop\nend facet"),
+            ("outer loop", "outerloop"),
+            ("outer loop", "outer  loop  1"),
+            ("facet normal", "facet\tnormal"),
+            ("facet normal 0 0.6 0.8", "facet normal"),
+            ("facet normal 0 0.6 0.8\n outer", "facet outer"),
+            ("facet normal 0 0.6 0.8", "facet normal 0 0.6 0.8 color 255 0 0"),
+            ("vertex 1.00 0 0", "vertex 1.00 0 0 0.5 0.5 0.5"),
+            (" outer", " color 1 0 0\n outer"),
+            (" endloop\nendfacet", " endloop"),
+            (" endloop\nendfacet", "endfacet"),
+            ("solid my part\n", "solid my part\ncolor 0.5 0.5 0.5\n; a remark\n"),
+            ("solid my part\n", "# made by hand\nsolid\n"),
+            ("solid my part\n", "solid solid facet normal\n"),
+            ("endfacet\n", "endfacet\nCOLOUR 0 0 1\n"),
+            ("endfacet\n", "endfacet\nendfacet\n"),
+        ] {
+            let text = file(2);
+            let (body, end) = text.split_at(text.len() - "endsolid my part\n".len());
+            let text = if from.starts_with("endsolid") {
+                format!("{body}{}", end.replace(from, to))
+            } else {
+                format!("{}{end}", body.replace(from, to))
+            };
+            holds(&text, 2);
+            holds(&text.replace('\n', "\r\n"), 2);
+        }
+    }
+
+    #[test]
+    fn several_solids_may_be_ended_in_any_way_or_not_at_all() {
+        for between in [
+            "endsolid a\n\nsolid b\n",
+            "end solid\nsolid b\n",
+            "endsolida\ncolor 1 0 0\nsolid\n",
+            "solid b\n",
+            "endsolid\n",
+        ] {
+            holds(&format!("solid a\n{FACET}{between}{FACET}endsolid b\n"), 2);
+        }
     }
 
     #[test]

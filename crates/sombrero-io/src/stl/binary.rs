@@ -1,4 +1,8 @@
 //! Binary STL: 80 free bytes, a count, and for each facet twelve 32-bit floats and two attribute bytes.
+//!
+//! Programs that write as they go leave the count at 0 or at all ones. Where whole records follow to the end of the file, or
+//! where the count is 0, there are as many facets as there are records, and a note says so. Fewer than the count and a piece
+//! of one more are a file that was cut off.
 
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
@@ -31,15 +35,25 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
     claimed(bytes) != Some(0) && has_exact_length(bytes)
 }
 
-/// Whether a file that is called STL may be a binary one with more behind its facets.
-pub(super) fn may_be_binary(bytes: &[u8]) -> bool {
-    let holds = |n| bytes.len() as u64 >= PREFIX as u64 + RECORD as u64 * u64::from(n);
-    has_nul(bytes) && claimed(bytes).is_some_and(|n| n > 0 && holds(n))
+/// How many facets the file holds, if it can be a binary STL: as many as its count says, or as follow it.
+fn facets(bytes: &[u8]) -> Option<usize> {
+    let claimed = usize::try_from(claimed(bytes)?).ok()?;
+    let (records, rest) = bytes.get(PREFIX..)?.as_chunks::<RECORD>();
+    let whole = rest.is_empty() || claimed == 0;
+    let held = if whole && records.len() != claimed { records.len() } else { claimed };
+    (held <= records.len()).then_some(held)
 }
 
-/// Whether the first bytes hold a zero, as the count of a binary file always does.
+/// Whether a file that is called STL may be a binary one with another count or with more behind its facets.
+pub(super) fn may_be_binary(bytes: &[u8]) -> bool {
+    has_nul(bytes) && facets(bytes).is_some_and(|facets| facets > 0)
+}
+
+/// Whether there is a zero where no position stands: in the first bytes, as in the count of most binary files, or in the
+/// attribute of the first facet.
 pub(super) fn has_nul(bytes: &[u8]) -> bool {
-    memchr::memchr(0, &bytes[..bytes.len().min(PREFIX)]).is_some()
+    let attribute = bytes.get(PREFIX + RECORD - 2..PREFIX + RECORD).unwrap_or_default();
+    memchr::memchr(0, &bytes[..bytes.len().min(PREFIX)]).is_some() || attribute.contains(&0)
 }
 
 /// Reads the whole file; bytes behind the last facet are passed over.
@@ -49,32 +63,29 @@ pub(super) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
         return Err(ParseError::Truncated { element: "header".into(), index: 0 });
     };
     let records = records(bytes);
-    if (records.len() as u64) < u64::from(count) {
+    let Some(records) = facets(bytes).and_then(|facets| records.get(..facets)) else {
         return Err(ParseError::Overclaimed {
             element: "facet".into(),
             count: count.into(),
             needed: RECORD as u64 * u64::from(count),
             available: (bytes.len() - PREFIX) as u64,
         });
+    };
+    limits.check_vertices(records.len().saturating_mul(3))?;
+    let soup = Soup::new(points(records), triangles(records.len()));
+    let mut parsed = Parsed::new(Format::StlBinary, soup, attributes(records), Layout);
+    let held = records.len();
+    if held as u64 != u64::from(count) {
+        parsed
+            .notes
+            .push(format!("The header counts {count} facets, but {held} follow, and all of them are read."));
     }
-    limits.check_vertices(usize::try_from(count).unwrap_or(usize::MAX).saturating_mul(3))?;
-    let records = &records[..count as usize];
-    let soup = Soup::new(points(records)?, triangles(records.len()));
-    Ok(Parsed::new(Format::StlBinary, soup, attributes(records), Layout))
+    Ok(parsed)
 }
 
-fn points(records: &[[u8; RECORD]]) -> Result<Vec<Point3<f64>>, ParseError> {
-    let mut points = Vec::with_capacity(3 * records.len());
-    for (index, record) in records.iter().enumerate() {
-        for corner in vectors(record).into_iter().skip(1) {
-            if !corner.iter().all(|c| c.is_finite()) {
-                let place = Place::Element { name: "facet".into(), index };
-                return Err(ParseError::NonFinite { place });
-            }
-            points.push(Point3::from(corner.map(f64::from)));
-        }
-    }
-    Ok(points)
+fn points(records: &[[u8; RECORD]]) -> Vec<Point3<f64>> {
+    let corners = records.iter().flat_map(|record| vectors(record).into_iter().skip(1));
+    corners.map(|corner| Point3::from(corner.map(f64::from))).collect()
 }
 
 fn attributes(records: &[[u8; RECORD]]) -> Attributes {
@@ -102,6 +113,10 @@ fn vectors(record: &[u8; RECORD]) -> [[f32; 3]; 4] {
 struct Layout;
 
 impl parsed::Layout for Layout {
+    fn misplaced(&self, _: &[u8], vertex: usize) -> ParseError {
+        ParseError::NonFinite { place: Place::Element { name: "facet".into(), index: vertex / 3 } }
+    }
+
     fn steps(&self, soup: &Soup) -> Vec<f32> {
         soup.points.iter().map(|p| coordinate::step_of_single(p.coords.amax()) as f32).collect()
     }
@@ -240,6 +255,35 @@ mod tests {
         source[10] = 0;
         let expected = ParseError::Truncated { element: "header".into(), index: 0 };
         assert_eq!(parse_error(source, "stl"), expected);
+    }
+
+    #[test]
+    fn a_count_that_disagrees_with_whole_facets_is_told() {
+        for (count, facets) in [(0, 3), (1, 3), (2, 3), (4, 3), (u32::MAX, 2), (0x0101_0101, 1)] {
+            for header in ["solid", "", "# a remark", "v 1 2 3"] {
+                let mut source = file(header.as_bytes(), facets);
+                source[HEADER..PREFIX].copy_from_slice(&count.to_le_bytes());
+                source[PREFIX + RECORD - 2] = 0;
+                let document = read(source.clone(), "stl");
+                assert_eq!(document.triangles().len(), facets as usize, "{count} {header}");
+                let note = format!(
+                    "The header counts {count} facets, but {facets} follow, and all of them are read."
+                );
+                assert_eq!(document.notes(), [note]);
+                let (bytes, points) = moved(&document);
+                assert_eq!(bytes[..PREFIX], source[..PREFIX]);
+                assert_eq!(read(bytes, "stl").points(), points);
+            }
+        }
+    }
+
+    #[test]
+    fn a_count_of_zero_counts_nothing() {
+        let mut source = file(b"header", 2);
+        source[HEADER..PREFIX].fill(0);
+        source.extend_from_slice(b"tail");
+        assert_eq!(read(source.clone(), "stl").triangles().len(), 2);
+        assert_eq!(parse_error(&source[..PREFIX], "stl"), ParseError::NoVertices);
     }
 
     #[test]

@@ -15,14 +15,8 @@ use crate::input::Source;
 use crate::parsed::Parsed;
 
 /// The format's row.
-pub(crate) static FAMILY: Family = Family {
-    name: "STL",
-    variants: &[&BINARY, &ASCII],
-    recognise,
-    parse,
-    is_text: false,
-    empty: ParseError::NoVertices,
-};
+pub(crate) static FAMILY: Family =
+    Family { name: "STL", variants: &[&BINARY, &ASCII], recognise, parse, empty: ParseError::NoVertices };
 
 /// 50-byte records.
 pub(crate) static BINARY: Variant = Variant {

@@ -7,8 +7,8 @@
 //!
 //! *Kept:* all else, to the byte. Only the values of `x`, `y` and `z` of vertices that moved are spelled anew;
 //! parts without such a vertex stay packed as they are, and of the archive only sizes, checksums and offsets of
-//! what changed. Supports, objects that the build does not show, and objects that it flattens are left alone and
-//! noted. The unit is not applied.
+//! what changed. Supports, what slicers never print, objects that the build does not show, and objects that it flattens are
+//! left alone and noted. The unit is not applied.
 //!
 //! *Refused:* encryption (of the archive or by the Secure Content extension), other compression than Deflate,
 //! UTF-16, document type declarations, archives in which two entries share bytes or names with a model part,
@@ -21,6 +21,7 @@ mod fields;
 mod model;
 mod package;
 mod packing;
+mod roles;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -29,6 +30,7 @@ mod xml;
 
 use std::borrow::Cow;
 
+use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
 use crate::coordinate::is_finite;
@@ -36,11 +38,12 @@ use crate::error::ParseError;
 use crate::family::{Evidence, Family, Variant};
 use crate::format::Format;
 use crate::input::Source;
-use crate::notes::stays;
+use crate::notes::unmarked;
 use crate::parsed::Parsed;
 use archive::Budget;
 use model::{Findings, Part};
 use package::Package;
+use roles::Roles;
 use scene::{Placed, Scene, Trouble};
 use write::{Layout, PartLayout};
 
@@ -50,7 +53,6 @@ pub(crate) static FAMILY: Family = Family {
     variants: &[&ARCHIVE],
     recognise: |bytes| Evidence::Certain.when(is_zip(bytes)),
     parse,
-    is_text: false,
     empty: ParseError::NothingShown,
 };
 
@@ -81,13 +83,23 @@ fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     let mut budget = Budget::new(limits.max_bytes.min(allowed));
     let (entry, signed) = package.model(&mut budget)?;
     let mut findings = Findings::default();
-    let parts = model::read(&package, entry, &mut budget, limits, &mut findings)?;
+    let mut parts = model::read(&package, entry, &mut budget, limits, &mut findings)?;
+    let roles = Roles::read(&package, &mut budget);
+    roles.apply(&mut parts);
+    show_something(&mut parts);
     package.note(&mut findings.attributes);
     if signed {
         findings.notes.note("The digital signature no longer holds once positions change.");
     }
     let scene = scene::read(&parts).map_err(|trouble| located(&package, &parts, trouble))?;
-    Ok(assemble(parts, scene, findings))
+    Ok(assemble(parts, scene, &roles, findings))
+}
+
+/// Where nothing is a model, what is not printed elsewhere is all there is to show.
+fn show_something(parts: &mut [Part]) {
+    if parts.iter().flat_map(|part| &part.objects).all(|object| !object.is_model()) {
+        parts.iter_mut().flat_map(|part| &mut part.objects).for_each(|object| object.unprinted = false);
+    }
 }
 
 /// An error with its line, for which the text has to be unpacked again.
@@ -99,18 +111,22 @@ fn located(package: &Package<'_>, parts: &[Part], trouble: Trouble) -> ParseErro
 }
 
 /// Puts the meshes together that can be shown and moved.
-fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
+fn assemble(parts: Vec<Part>, scene: Scene, roles: &Roles, findings: Findings) -> Parsed {
     let Findings { attributes, notes } = findings;
     let mut notes = notes.into_names();
     let (mut soup, mut layout) = (Soup::default(), Layout::default());
     let (mut repeated, mut unusable, mut places) = (0_u64, 0, Vec::new());
+    let mut unprinted = scene.unprinted;
     let mut placed = scene.placed.into_iter().peekable();
     for (number, part) in parts.into_iter().enumerate() {
         let mut place = PartLayout { entry: part.entry, slots: Vec::new(), blocks: Vec::new() };
         while let Some(mesh) = placed.next_if(|mesh| mesh.part == number) {
             let first = soup.points.len() as u32;
-            match append(&mut soup, &mut place, &part, &mesh) {
+            let (id, count) = part.objects.get(mesh.object).map_or((0, 0), |o| (o.id, o.triangles.len()));
+            let of_root = (number == 0).then(|| roles.unprinted(id, count)).flatten();
+            match append(&mut soup, &mut place, &part, &mesh, of_root.as_deref()) {
                 Some(triangles) => {
+                    unprinted += of_root.map_or(0, |_| roles.volumes(id));
                     let vertices = first..soup.points.len() as u32;
                     let shown = mesh
                         .placement
@@ -125,9 +141,11 @@ fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
         }
         layout.parts.push(place);
     }
-    let objects = |count, which| stays(count, ["object", "objects"], which);
+    let objects = |count, which| unmarked(count, ["object", "objects"], which);
     notes.extend(objects(scene.hidden, "that the build does not show"));
     notes.extend(objects(scene.supports, "for support"));
+    let volumes = ["volume of a slicer", "volumes of a slicer"];
+    notes.extend(unmarked(unprinted, volumes, "(modifier, negative or for supports)"));
     notes.extend(objects(unusable, "that the build flattens or puts out of all bounds"));
     Parsed {
         repeated_triangles: repeated,
@@ -137,8 +155,15 @@ fn assemble(parts: Vec<Part>, scene: Scene, findings: Findings) -> Parsed {
     }
 }
 
-/// Appends a mesh where it is shown and returns how many triangles it has; `None` if it cannot be shown.
-fn append(soup: &mut Soup, place: &mut PartLayout, part: &Part, mesh: &Placed) -> Option<usize> {
+/// Appends a mesh where it is shown and returns how many triangles it has; `None` if it cannot be shown. Triangles that are
+/// not printed are left out, and their vertices have no face.
+fn append(
+    soup: &mut Soup,
+    place: &mut PartLayout,
+    part: &Part,
+    mesh: &Placed,
+    unprinted: Option<&[bool]>,
+) -> Option<usize> {
     let placement = mesh.placement?;
     let object = part.objects.get(mesh.object)?;
     let (points, triangles) =
@@ -147,12 +172,16 @@ fn append(soup: &mut Soup, place: &mut PartLayout, part: &Part, mesh: &Placed) -
     let start = soup.points.len();
     let first = u32::try_from(start).ok()?;
     soup.points.extend(points.iter().map(|point| placement.world(point)));
-    if !soup.points.iter().skip(start).all(is_finite) {
+    let moved_away = |(stored, shown): (&Point3<f64>, &Point3<f64>)| is_finite(stored) && !is_finite(shown);
+    if points.iter().zip(soup.points.iter().skip(start)).any(moved_away) {
         soup.points.truncate(start);
         return None;
     }
-    soup.triangles.extend(triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+    let before = soup.triangles.len();
+    let is_printed = |i: usize| unprinted.is_none_or(|unprinted| unprinted.get(i) != Some(&true));
+    let printed = triangles.iter().enumerate().filter(|(i, _)| is_printed(*i));
+    soup.triangles.extend(printed.map(|(_, corners)| corners.map(|corner| first + corner)));
     place.slots.extend_from_slice(slots);
     place.blocks.push((points.len(), placement));
-    Some(triangles.len())
+    Some(soup.triangles.len() - before)
 }

@@ -36,7 +36,9 @@ const HARMLESS: [&str; 6] = [
 /// An object: a mesh, or other objects put together.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Object {
-    id: u32,
+    pub(super) id: u32,
+    /// Whether a slicer never prints it, because it says what is done with others.
+    pub(super) unprinted: bool,
     /// Whether it is a support, which is not part of the model.
     pub(super) support: bool,
     pub(super) points: Range<usize>,
@@ -70,6 +72,13 @@ pub(super) struct Part {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) components: Vec<Link>,
     pub(super) items: Vec<Link>,
+}
+
+impl Object {
+    /// Whether it has a mesh that is part of the model.
+    pub(super) fn is_model(&self) -> bool {
+        !self.points.is_empty() && !self.support && !self.unprinted
+    }
 }
 
 impl Part {
@@ -265,6 +274,8 @@ impl<'x> Reader<'_, '_, '_, 'x> {
         let components = self.part.components.len();
         self.part.objects.push(Object {
             id,
+            // What slicers call the volumes that say what is done with others.
+            unprinted: kind.as_deref() == Some("other"),
             support: matches!(kind.as_deref(), Some("support" | "solidsupport")),
             points: points..points,
             triangles: triangles..triangles,
@@ -289,9 +300,6 @@ impl<'x> Reader<'_, '_, '_, 'x> {
         for (span, value) in spans.into_iter().zip(point.iter_mut()) {
             let missing = || self.malformed(tag, "a vertex needs `x`, `y` and `z`".into());
             *value = self.number(tag, span.ok_or_else(missing)?)?;
-            if !value.is_finite() {
-                return Err(ParseError::NonFinite { place: self.xml.place(tag.at) });
-            }
         }
         self.part.points.push(point);
         self.part.slots.push(tag.at);

@@ -41,6 +41,8 @@ pub(super) struct Scene {
     pub(super) placed: Vec<Placed>,
     pub(super) hidden: usize,
     pub(super) supports: usize,
+    /// Objects that slicers never print.
+    pub(super) unprinted: usize,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -151,7 +153,7 @@ impl Walk<'_> {
         let Some(found) = self.parts.get(part).and_then(|part| part.objects.get(object)) else {
             return Ok(None);
         };
-        if !found.points.is_empty() && !found.support {
+        if found.is_model() {
             self.placed.push(Placed {
                 part,
                 object,
@@ -167,7 +169,7 @@ impl Walk<'_> {
     fn place_all(&mut self) {
         for (number, part) in self.parts.iter().enumerate() {
             for (object, found) in part.objects.iter().enumerate() {
-                if !found.points.is_empty() && !found.support {
+                if found.is_model() {
                     let placement = Some(Placement::identity());
                     self.placed.push(Placed {
                         part: number,
@@ -247,10 +249,11 @@ impl Walk<'_> {
     fn scene(self) -> Scene {
         let meshes = || self.parts.iter().flat_map(|part| &part.objects).filter(|o| !o.points.is_empty());
         let supports = meshes().filter(|object| object.support).count();
-        let hidden = meshes().count().saturating_sub(supports + self.placed.len());
+        let unprinted = meshes().filter(|object| !object.support && object.unprinted).count();
+        let hidden = meshes().count().saturating_sub(supports + unprinted + self.placed.len());
         let mut placed = self.placed;
         placed.sort_by_key(|placed| (placed.part, placed.object));
-        Scene { placed, hidden, supports }
+        Scene { placed, hidden, supports, unprinted }
     }
 }
 

@@ -262,6 +262,98 @@ fn the_first_path_decides_and_files_give_the_order() {
     assert_eq!(document.triangles_with_instances(), 5);
 }
 
+fn package_with(model: &str, name: &str, content: &str) -> Vec<u8> {
+    zip(&[
+        ("[Content_Types].xml", TYPES.as_bytes()),
+        ("_rels/.rels", RELS.as_bytes()),
+        (MODEL, model.as_bytes()),
+        (name, content.as_bytes()),
+    ])
+}
+
+const UNPRINTED: &str = "UNMARKED: 1 volume of a slicer (modifier, negative or for supports) stays as it is.";
+
+/// Two volumes of one triangle each in one mesh, as PrusaSlicer has them.
+fn volumes(config: &str) -> Document {
+    let content = "<mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/>\
+                   <vertex x=\"0\" y=\"1\" z=\"0\"/><vertex x=\"9\" y=\"9\" z=\"9\"/><vertex x=\"9\" y=\"8\" z=\"9\"/>\
+                   <vertex x=\"8\" y=\"9\" z=\"9\"/></vertices><triangles><triangle v1=\"0\" v2=\"1\" v3=\"2\"/>\
+                   <triangle v1=\"3\" v2=\"4\" v3=\"5\"/></triangles></mesh>";
+    let text = model(&object(1, content), &item(1));
+    read(package_with(&text, "Metadata/Slic3r_PE_model.config", config), "3mf")
+}
+
+#[test]
+fn modifiers_within_a_mesh_are_not_shown() {
+    let config = |first: &str, second: &str| {
+        format!(
+            "<?xml version=\"1.0\"?><config><object id=\"1\"><metadata type=\"object\" key=\"name\" value=\"a\"/>\
+             <volume firstid=\"0\" lastid=\"0\">{first}</volume><volume firstid=\"1\" lastid=\"1\">{second}</volume>\
+             </object></config>"
+        )
+    };
+    let kind = |kind: &str| format!("<metadata type=\"volume\" key=\"volume_type\" value=\"{kind}\"/>");
+    let printed = kind("ModelPart");
+    for other in ["ParameterModifier", "NegativeVolume", "SupportBlocker", "SupportEnforcer"] {
+        let document = volumes(&config(&printed, &kind(other)));
+        assert_eq!(document.triangles(), [[0, 1, 2]], "{other}");
+        assert_eq!(document.notes(), [UNPRINTED]);
+        let document = volumes(&config(&kind(other), &printed));
+        assert_eq!(document.triangles(), [[3, 4, 5]], "{other}");
+    }
+    let old = "<metadata type=\"volume\" key=\"modifier\" value=\"1\"/>";
+    assert_eq!(volumes(&config("", old)).triangles(), [[0, 1, 2]]);
+    // All printed, nothing said, of another object, beyond the mesh, and no XML.
+    for config in [
+        config(&printed, &printed),
+        config("", ""),
+        config(&printed, &kind("ParameterModifier")).replace("id=\"1\"", "id=\"7\""),
+        config(&printed, &kind("ParameterModifier"))
+            .replace("=\"1\" lastid=\"1\"", "=\"5\" lastid=\"99999999999\""),
+        "<config><object id=\"1\"><volume".to_owned(),
+        "not xml".to_owned(),
+    ] {
+        assert_eq!(volumes(&config).triangles().len(), 2, "{config}");
+    }
+}
+
+#[test]
+fn components_that_are_not_printed_are_not_shown() {
+    let components = "<components><component objectid=\"1\"/><component objectid=\"2\"/></components>";
+    let resources = object(1, &mesh(1)) + &object(2, &mesh(1)) + &object(3, components);
+    let text = model(&resources, &item(3));
+    let settings = |kind: &str| {
+        format!(
+            "<config><object id=\"3\"><metadata key=\"name\" value=\"a\"/><part id=\"1\" subtype=\"normal_part\"/>\
+             <part id=\"2\" subtype=\"{kind}\"><metadata key=\"matrix\" value=\"1\"/></part></object></config>"
+        )
+    };
+    for kind in ["modifier_part", "negative_part", "support_enforcer", "support_blocker"] {
+        let document = read(package_with(&text, "Metadata/model_settings.config", &settings(kind)), "3mf");
+        assert_eq!(document.triangles(), [[0, 1, 2]], "{kind}");
+        assert_eq!(document.notes(), [UNPRINTED]);
+    }
+    let all = read(package_with(&text, "Metadata/model_settings.config", &settings("normal_part")), "3mf");
+    assert_eq!((all.triangles().len(), all.notes().len()), (2, 0));
+    // The same by the type that such objects have in the model itself; unless there is nothing else.
+    let other = text.replace("<object id=\"2\"", "<object type=\"other\" id=\"2\"");
+    assert_eq!(open(&other).triangles(), [[0, 1, 2]]);
+    let nothing_else = other.replace("<object id=\"1\"", "<object type=\"other\" id=\"1\"");
+    assert_eq!(open(&nothing_else).triangles().len(), 2);
+}
+
+#[test]
+fn unused_vertices_may_be_anything() {
+    let lost = "<vertices><vertex x=\"nan\" y=\"NaN\" z=\"inf\"/>";
+    let content = mesh(1)
+        .replace("<vertices>", lost)
+        .replace("v1=\"0\" v2=\"1\" v3=\"2\"", "v1=\"1\" v2=\"2\" v3=\"3\"");
+    let document = open(&model(&object(1, &content), &item(1)));
+    assert_eq!(document.points()[0], document.points()[1]);
+    let text = changed(&document, |p| Point3::new(p.x * 2.0, p.y, p.z));
+    assert!(text.contains(lost) && text.contains("3.00"), "{text}");
+}
+
 #[test]
 fn what_is_not_shown_stays() {
     let flat = "<components><component objectid=\"4\" transform=\"1 0 0 0 1 0 0 0 0 0 0 0\"/></components>";
@@ -278,9 +370,9 @@ fn what_is_not_shown_stays() {
     assert_eq!(
         document.notes(),
         [
-            "2 objects that the build does not show stay as they are.",
-            "1 object for support stays as it is.",
-            "1 object that the build flattens or puts out of all bounds stays as it is."
+            "UNMARKED: 2 objects that the build does not show stay as they are.",
+            "UNMARKED: 1 object for support stays as it is.",
+            "UNMARKED: 1 object that the build flattens or puts out of all bounds stays as it is."
         ]
     );
     let expected = text.replacen("1.50", "3.00", 1);
@@ -315,7 +407,7 @@ fn parts_that_the_production_extension_names_are_read() {
     let archive = production();
     let document = read(&archive, "3mf");
     assert_eq!(document.triangles(), [[0, 1, 2], [3, 4, 5], [3, 4, 5]]);
-    assert_eq!(document.notes(), ["1 object that the build does not show stays as it is."]);
+    assert_eq!(document.notes(), ["UNMARKED: 1 object that the build does not show stays as it is."]);
     let mut points = document.points().to_vec();
     points[4].x = 9.5;
     let bytes = document.with_points(&points).unwrap();

@@ -35,6 +35,17 @@ pub(super) struct PartLayout {
 }
 
 impl parsed::Layout for Layout {
+    fn misplaced(&self, bytes: &[u8], vertex: usize) -> ParseError {
+        let slots = self.parts.iter().flat_map(|part| part.slots.iter().map(|slot| (part.entry, *slot)));
+        let found = slots.zip(0..).find(|(_, number)| *number == vertex);
+        let ((entry, slot), Ok(archive)) = (found.map_or((0, 0), |(found, _)| found), Archive::open(bytes))
+        else {
+            return ParseError::NoVertices;
+        };
+        let text = archive.unpack(entry, &mut Budget::new(u64::MAX)).unwrap_or_default();
+        ParseError::NonFinite { place: xml::place(&archive.title(entry), &text, slot) }
+    }
+
     /// The file with new positions.
     ///
     /// Texts were not kept, so those that change are unpacked again.

@@ -66,7 +66,7 @@ pub(super) enum Step<'a> {
 impl<'a> Xml<'a> {
     /// Starts before the first tag of the part that is called `part`.
     pub(super) fn new(part: String, bytes: &'a [u8]) -> Result<Self, ParseError> {
-        if text::has_utf16_mark(bytes) || bytes.iter().take(2).any(|&b| b == 0) {
+        if text::is_utf16(bytes) || bytes.iter().take(2).any(|&b| b == 0) {
             return Err(ParseError::Unsupported {
                 what: format!("UTF-16 in the part `{part}`"),
                 cure: "export the model again with UTF-8",

@@ -104,9 +104,9 @@ impl Detector {
         Ok(Self { original: Arc::clone(&self.original), key, trusting })
     }
 
-    /// A file as a suspect of this original.
+    /// A file as a suspect of this original. Polygons that both have are split as the original's.
     pub fn suspect(&self, file: &Document) -> Suspect {
-        self.original.suspect(file.soup())
+        self.original.suspect(&file.soup_like(self.original.triangles()))
     }
 
     /// Looks for the mark in `suspect` in several ways, as far as options and suspect permit, and the best counts. Its

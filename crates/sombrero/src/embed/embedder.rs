@@ -4,12 +4,14 @@ use super::choice::{Choice, FEW};
 use super::error::EmbedError;
 use super::limit::longest_displacement;
 use super::marked::{DistortionReport, EmbedReport, Marked};
-use super::self_test::SelfTest;
+use super::self_test::{SelfTest, Tested};
 use crate::info::repair_notes;
 use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisFunction};
 use sombrero_fidelity::{Fidelity, Places};
 use sombrero_io::{Document, Filling, Limits, Rewrite, Rewritten, WriteError};
+use sombrero_mesh::repair::Repaired;
+use sombrero_mesh::{geometry, topology};
 use sombrero_search::{Model, Stages};
 use sombrero_watermark::{
     COEFFICIENTS, Derivation, EPSILONS, Identity, Key, OriginalDigest, Parameters, Secret, embed as insert,
@@ -66,6 +68,9 @@ impl<'a> Embedder<'a> {
         let model = seconds.time("weld", || Model::of_scene(original.soup(), &original.scene()));
         if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
             return Err(EmbedError::NoFaces);
+        }
+        if let Some(triangles) = unjoined(&model) {
+            return Err(EmbedError::Unjoined { triangles });
         }
         let mut progressive = seconds.time("conversion", || model.progressive());
         let choice =
@@ -168,19 +173,17 @@ impl<'a> Embedder<'a> {
             return Err(EmbedError::Moved { most, moved: distortion.max });
         }
         let copy = seconds.time("read back", || self.read_back(&bytes, companions.is_empty(), &moved))?;
-        let [log10_p, log10_p_after_noise] =
-            seconds.time("test", || self.self_test.log10_p(model, basis, &key, copy.points()))?;
+        let is_field = key.parameters.basis.function == BasisFunction::Field;
+        let wanted = if is_field { WEAK_FIELDS } else { READ_BACK };
+        let tested = seconds
+            .time("test", || self.self_test.of_copy(model, basis, &key, copy.points(), wanted))?;
+        let Tested { log10_p, after_noise: log10_p_after_noise, halved: log10_p_halved, .. } = tested;
         if log10_p > READ_BACK {
             return Err(EmbedError::Lost { log10_p });
         }
         let mut warnings = self.warnings.clone();
-        let is_field = key.parameters.basis.function == BasisFunction::Field;
-        if log10_p_after_noise > if is_field { WEAK_FIELDS } else { READ_BACK } {
-            warnings.push(format!(
-                "The mark is weak: after noise of 0.2 % of each part's largest side the paper's test would give log10 p = \
-                 {log10_p_after_noise:.1}; raise epsilon, or allow a larger displacement, if the model bears it."
-            ));
-        }
+        warnings.extend(weak(&tested, wanted, self.most.is_some()));
+        warnings.extend(unmarked(model, &moved));
         let report = EmbedReport {
             vertices: original.points().len(),
             faces: usize::try_from(original.triangles_with_instances()).unwrap_or(usize::MAX),
@@ -191,6 +194,8 @@ impl<'a> Embedder<'a> {
             fidelity: None,
             log10_p,
             log10_p_after_noise,
+            log10_p_halved,
+            unit: original.unit().map(str::to_owned),
             seconds,
             warnings,
         };
@@ -229,6 +234,68 @@ impl<'a> Embedder<'a> {
             self.original.with_points(&self.model.stored_from_points(moved))?
         };
         Ok(Document::parse_within(whole, Some(self.original.extension()), Limits::unlimited())?)
+    }
+}
+
+/// So many triangles may be apart on purpose.
+const FEW_TRIANGLES: usize = 16;
+
+/// How many triangles there are, when no two of them share an edge.
+fn unjoined(model: &Model) -> Option<usize> {
+    let mesh = &model.repaired().mesh;
+    let triangles = mesh.face_count();
+    let apart = || mesh.edges().all(|edge| mesh.is_boundary_edge(edge));
+    (triangles > FEW_TRIANGLES && apart()).then_some(triangles)
+}
+
+/// What is to be said of a mark that hardly survives, and what would make it strong enough.
+fn weak(tested: &Tested, wanted: f64, is_limited: bool) -> Option<String> {
+    let Tested { after_noise, halved, enough, .. } = *tested;
+    let worst = halved.map_or(after_noise, |halved| halved.max(after_noise));
+    if worst <= wanted {
+        return None;
+    }
+    let what = match halved {
+        Some(halved) if halved > after_noise => {
+            "after noise of 0.1 % of each part's largest side and simplification to half"
+        }
+        _ => "after noise of 0.2 % of each part's largest side",
+    };
+    let cure = match enough {
+        _ if is_limited => "allow a larger displacement".to_owned(),
+        Some(epsilon) => format!("raise --epsilon to {}", short(epsilon)),
+        None => "no strength makes up for it; use a finer mesh or more coefficients".to_owned(),
+    };
+    let condition = if is_limited || enough.is_some() { ", if the model bears it" } else { "" };
+    Some(format!("The mark is weak: {what} the paper's test would give log10 p = {worst:.1}; {cure}{condition}."))
+}
+
+/// A number with two digits, rounded up.
+fn short(x: f64) -> f64 {
+    let unit = 10_f64.powi(libm::floor(libm::log10(x)) as i32 - 1);
+    format!("{:.1e}", (x / unit).ceil() * unit).parse().unwrap_or(x)
+}
+
+/// How many parts of the model do not move, if some do not: whoever has only those has no mark.
+fn unmarked(model: &Model, moved: &[Point3<f64>]) -> Option<String> {
+    let Repaired { mesh, points, source, .. } = model.repaired();
+    let (part, count) = topology::components(mesh);
+    let mut is_marked = vec![false; count];
+    let mut area = vec![0.0_f64; count];
+    for ((&part, &point), stood) in part.iter().zip(source).zip(points) {
+        is_marked[part as usize] |= moved[point as usize] != *stood;
+    }
+    for corners in mesh.triangles() {
+        let [a, b, c] = corners.map(|v| &points[v as usize]);
+        area[part[corners[0] as usize] as usize] += geometry::area_vector(a, b, c).norm();
+    }
+    let still: Vec<usize> = (0..count).filter(|&part| !is_marked[part]).collect();
+    let share = still.iter().map(|&part| area[part]).sum::<f64>() / area.iter().sum::<f64>();
+    let percent = 100.0 * share;
+    match still.len() {
+        0 => None,
+        1 => Some(format!("UNMARKED: 1 of {count} parts, with {percent:.1} % of the area, carries no mark.")),
+        n => Some(format!("UNMARKED: {n} of {count} parts, with {percent:.1} % of the area, carry no mark.")),
     }
 }
 

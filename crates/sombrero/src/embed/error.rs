@@ -2,6 +2,7 @@
 
 use sombrero_basis::BasisError;
 use sombrero_extraction::ExtractError;
+use sombrero_fidelity::digits;
 use sombrero_io::{ParseError, WriteError};
 use sombrero_watermark::{COEFFICIENTS, EPSILONS};
 use thiserror::Error;
@@ -13,6 +14,15 @@ pub enum EmbedError {
     /// There is nothing to mark.
     #[error("the file has no usable face; a mark needs a surface, not points or lines")]
     NoFaces,
+    /// Every triangle stands alone.
+    #[error(
+        "no two of the {triangles} triangles share an edge: their corners meet nearly, but not well enough to be joined; \
+         merge vertices by distance (weld) in a modelling program first"
+    )]
+    Unjoined {
+        /// How many there are.
+        triangles: usize,
+    },
     /// ε is out of range.
     #[error(
         "epsilon {epsilon} is not usable; it must be between {} and {} (0.01 is usual)",
@@ -52,7 +62,8 @@ pub enum EmbedError {
     },
     /// This mark is one of the few that go beyond the longest displacement.
     #[error(
-        "this mark would move a vertex by {moved:.3e}, more than {most:.3e}, as one in a thousand may; give another secret or recipient, or allow a little more"
+        "this mark would move a vertex by {}, more than {}, as one in a thousand may; give another secret or recipient, or allow a little more",
+        digits(*moved, 3), digits(*most, 3)
     )]
     Moved {
         /// What was asked for, in model units.

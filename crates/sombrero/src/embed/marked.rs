@@ -49,6 +49,12 @@ pub struct EmbedReport {
     pub log10_p: f64,
     /// log10 p by least squares after noise of 0.2 % of each part's largest side, one draw: what the mark is good for.
     pub log10_p_after_noise: f64,
+    /// log10 p by least squares after noise of 0.1 % and simplification to half of the faces, one draw; `None` for a large
+    /// model.
+    pub log10_p_halved: Option<f64>,
+    /// The unit of the model's lengths, where the file has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the owner should know, in sentences.

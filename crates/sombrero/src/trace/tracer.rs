@@ -138,7 +138,7 @@ impl Tracer {
         let mut alone: Vec<(usize, Score)> = Vec::new();
         let mut best = LogProbability::ONE;
         for group in &self.groups {
-            let suspect = group.original.suspect(suspect.soup());
+            let suspect = group.original.suspect(&suspect.soup_like(group.original.triangles()));
             options.check(&suspect)?;
             let takes_part = |index: &usize| without.iter().all(|rejected| rejected.index != *index);
             let keys: Vec<usize> = group.keys.iter().copied().filter(takes_part).collect();

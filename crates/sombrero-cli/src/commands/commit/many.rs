@@ -111,7 +111,7 @@ fn store(
     mut skipped: Vec<Skipped>,
 ) -> Result<Report, Failure> {
     let anchors = timestamp::anchors(args.ca.as_deref())?;
-    let answer = files::read_small(token_path, LARGEST_TOKEN)?;
+    let answer = files::read_small(token_path, LARGEST_TOKEN, "the authority's answer")?;
     let token = Token::from_der(&answer).map_err(|e| Failure::about("timestamp", token_path, &e))?;
     let fits = |key: &Key| key.path.is_some() && key.stamped() == *token.digest();
     let (mut meant, others): (Vec<_>, Vec<_>) = genuine.into_iter().partition(|(_, key)| fits(key));

@@ -73,7 +73,7 @@ fn store(args: &Args, key_path: &Path, key: &Key, path: &Path) -> Result<Stamp, 
         return Err(Failure::new("timestamp", message));
     }
     let anchors = timestamp::anchors(args.ca.as_deref())?;
-    let answer = files::read_small(path, LARGEST_TOKEN)?;
+    let answer = files::read_small(path, LARGEST_TOKEN, "the authority's answer")?;
     let stamp = timestamp::check(path, &answer, &key.commitment(), &anchors)?;
     let token = Token::from_der(&answer).map_err(|e| Failure::about("timestamp", path, &e))?;
     // It is for the commitment by itself.

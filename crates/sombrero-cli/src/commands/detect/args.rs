@@ -96,8 +96,8 @@ impl Plan {
             path: args.prepared.clone().unwrap_or_else(|| files::beside_key(key)),
             named: args.prepared.is_some(),
         };
-        let Inputs { paths, one } = Inputs::new(&args.suspects)?;
-        let mut inputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+        let Inputs { files, one } = Inputs::new(&args.suspects, None)?;
+        let mut inputs: Vec<&Path> = files.iter().map(|file| file.path.as_path()).collect();
         inputs.extend([original.as_path(), key, &prepared.path]);
         let page = report.as_ref().filter(|_| one);
         files::check_outputs(page.map(PathBuf::as_path).as_slice(), &inputs, *force)?;
@@ -109,13 +109,13 @@ impl Plan {
         }
         let folder = report.clone().filter(|_| !one);
         let mut pages = Pages { folder: folder.as_deref(), taken: BTreeSet::new() };
-        let place = |suspect: &Path| match one {
+        let place = |name: &Path| match one {
             true => Ok(page.cloned()),
-            false => pages.place(suspect, &inputs, *force),
+            false => pages.place(name, &inputs, *force),
         };
-        let places: Vec<_> = paths.iter().map(PathBuf::as_path).map(place).collect();
+        let places: Vec<_> = files.iter().map(|file| file.name.as_path()).map(place).collect();
         Ok(Self {
-            suspects: paths.into_iter().zip(places).collect(),
+            suspects: files.into_iter().map(|file| file.path).zip(places).collect(),
             one,
             folder,
             original: original.clone(),
@@ -135,9 +135,8 @@ struct Pages<'a> {
 }
 
 impl Pages<'_> {
-    fn place(&mut self, suspect: &Path, inputs: &[&Path], force: bool) -> Result<Option<PathBuf>, Failure> {
+    fn place(&mut self, name: &Path, inputs: &[&Path], force: bool) -> Result<Option<PathBuf>, Failure> {
         let Some(folder) = self.folder else { return Ok(None) };
-        let name = suspect.file_name().unwrap_or(suspect.as_os_str());
         let page = folder.join(name).with_added_extension("html");
         if !self.taken.insert(page.clone()) {
             let message = format!(

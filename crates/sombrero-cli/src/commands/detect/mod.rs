@@ -7,7 +7,8 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::table::Table;
 use crate::timestamp::{self, Stamp};
-use crate::{batch, files};
+use crate::batch::{self, Words};
+use crate::files;
 use args::{Args, Plan, Prepared};
 use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::watermark::Key;
@@ -27,11 +28,20 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
     }
     match plan.suspects.as_slice() {
         [(suspect, page)] if plan.one => Ok(Outcome::Answer(job.look(suspect, page.clone()?.as_deref())?)),
-        suspects => batch::each(suspects, "suspect", context, |suspect, page| {
-            job.look(suspect, page.clone()?.as_deref())
+        suspects => batch::each(suspects, &WORDS, context, |suspect, page| {
+            let page = page.clone()?;
+            // A suspect of a subfolder has its page in one.
+            if let Some(folder) = page.as_deref().and_then(Path::parent) {
+                files::make_folder(folder)?;
+            }
+            job.look(suspect, page.as_deref())
         }),
     }
 }
+
+/// What became of several suspects.
+const WORDS: Words =
+    Words { role: "suspect", outcomes: [Some("found"), None, Some("not found")], failed: "refused" };
 
 /// An original and a key that any number of suspects are held against.
 struct Job<'a> {
@@ -52,7 +62,7 @@ struct Job<'a> {
 
 impl<'a> Job<'a> {
     fn new(plan: &'a Plan, limits: Limits) -> Result<Self, Failure> {
-        let bytes = files::read_small(&plan.key, files::LARGEST_KEY)?;
+        let bytes = files::read_key_file(&plan.key)?;
         let key = files::parse_key(&plan.key, &bytes)?;
         let original = files::read_mesh(&plan.original, limits)?;
         let (stored, note) = stored(&plan.prepared, &key, limits)?;

@@ -15,10 +15,10 @@ pub(crate) struct Args {
     /// The mesh to mark; with --out-dir several, and folders of them. They stay as they are.
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
-    /// The marked copy, in the same format.
+    /// The marked copy, in the same format. Default: INPUT-marked, beside the input.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// The key to write: secret, readable by you alone.
+    /// The key to write: secret, readable by you alone. Default: INPUT.key, beside the input.
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
     /// A folder for many copies; their keys go to its subfolder `keys`.
@@ -76,8 +76,8 @@ pub(super) struct Plan<'a> {
 
 /// The place of the copies.
 pub(super) enum Target<'a> {
-    /// One copy, and its key.
-    Files { output: &'a Path, key: &'a Path },
+    /// One copy, and its key; without a name, beside the input.
+    Files { output: Option<&'a Path>, key: Option<&'a Path> },
     /// A copy of each input to a folder.
     Folder(&'a Path),
     /// A copy for each line of a list to a folder.
@@ -98,11 +98,7 @@ impl<'a> Plan<'a> {
         let target = match (&args.out_dir, &args.recipients, &args.output, &args.key) {
             (Some(folder), Some(list), ..) => Target::Recipients { folder, list },
             (Some(folder), None, ..) => Target::Folder(folder),
-            (None, _, Some(output), Some(key)) => Target::Files { output, key },
-            _ => {
-                let message = "a copy and its key need names; give --output and --key, or --out-dir";
-                return Err(Failure::new("usage", message));
-            }
+            (None, _, output, key) => Target::Files { output: output.as_deref(), key: key.as_deref() },
         };
         let options = EmbedOptions {
             parameters: args.parameters()?,

@@ -5,7 +5,7 @@ use super::args::Order;
 use super::copy::{Place, answer, mark, write};
 use super::folder::{Before, before, make_folders, own_secret};
 use crate::answer::{Answer, Context, Outcome};
-use crate::batch::{self, Inputs};
+use crate::batch::{self, Input, Inputs, Words};
 use crate::failure::Failure;
 use crate::files;
 use crate::progress::Progress;
@@ -23,23 +23,29 @@ pub(super) fn run(
 ) -> Result<Outcome, Failure> {
     let given = order.secret()?;
     let mut taken = BTreeSet::new();
-    let mut name = |input: PathBuf| {
+    let mut name = |input: Input| {
         let name = name(&input, folder, &mut taken);
-        (input, name)
+        (input.path, name)
     };
-    let inputs: Vec<_> = Inputs::new(inputs)?.paths.into_iter().map(&mut name).collect();
-    batch::each(&inputs, "input", context, |input, name| {
+    // What an earlier run wrote is no input of this one.
+    let inputs: Vec<_> = Inputs::new(inputs, Some(folder))?.files.into_iter().map(&mut name).collect();
+    batch::each(&inputs, &WORDS, context, |input, name| {
         let name = name.as_ref().map_err(Failure::clone)?;
         let (output, key) = (folder.join(name), folder.join("keys").join(name).with_added_extension("key"));
         copy(order, folder, &Place { input, output: &output, key: &key }, given, context)
     })
 }
 
+/// What became of several files.
+const WORDS: Words =
+    Words { role: "input", outcomes: [Some("marked"), Some("kept from before"), None], failed: "refused" };
+
 /// The name of the copy of `input`, which no other one has.
-fn name(input: &Path, folder: &Path, taken: &mut BTreeSet<PathBuf>) -> Result<PathBuf, Failure> {
-    let name = input.file_name().filter(|_| !files::is_standard(input)).map(PathBuf::from);
-    let name =
-        name.ok_or_else(|| Failure::new("usage", "a copy of standard input has no name; give a file"))?;
+fn name(input: &Input, folder: &Path, taken: &mut BTreeSet<PathBuf>) -> Result<PathBuf, Failure> {
+    if files::is_standard(&input.path) {
+        return Err(Failure::new("usage", "a copy of standard input has no name; give a file"));
+    }
+    let name = input.name.clone();
     if !taken.insert(name.clone()) {
         let message = format!(
             "{}: two inputs have this name; mark them into different folders",
@@ -60,6 +66,7 @@ fn copy(
     let Place { input, output, key } = *place;
     let _progress = Progress::new(format!("marking {}", input.display()));
     let original = files::read_mesh(input, context.limits)?;
+    files::check_format(output, &original)?;
     let identity = &order.options.identity;
     let digest = OriginalDigest::of(original.parts());
     let before = match order.force {
@@ -84,6 +91,10 @@ fn copy(
     };
     let marked = mark(order, &original, place, secret)?;
     make_folders(folder, context)?;
+    // Files of subfolders go to subfolders.
+    for path in [output, key] {
+        path.parent().map_or(Ok(()), files::make_folder)?;
+    }
     write(&marked, &original, place, &[input], kept.as_ref(), order.force, context.limits)?;
     let mut answer = answer(place, &marked.report)?;
     answer.json["input"] = input.display().to_string().into();

@@ -6,6 +6,7 @@ use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::fidelity;
 use crate::files;
+use crate::lengths::length;
 use crate::table::Table;
 use nalgebra::Point3;
 use serde::Serialize;
@@ -100,15 +101,21 @@ pub(super) fn answer(place: &Place<'_>, report: &EmbedReport) -> Result<Answer, 
 }
 
 fn text(place: &Place<'_>, report: &EmbedReport) -> Table {
-    let d = report.distortion;
+    let (d, unit) = (report.distortion, report.unit.as_deref());
     let mark =
         format!("{} coefficients, {} basis, epsilon {}", report.coefficients, report.basis, report.epsilon);
     let displacement = format!(
-        "max {:.3e}, rms {:.3e} (of the largest side: {:.5}, {:.5})",
-        d.max, d.rms, d.relative_max, d.relative_rms
+        "max {}, rms {} (of the largest side: {:.5}, {:.5})",
+        length(d.max, unit),
+        length(d.rms, unit),
+        d.relative_max,
+        d.relative_rms
     );
+    let halved = report
+        .log10_p_halved
+        .map_or_else(String::new, |p| format!(", after noise of 0.1 % and simplification to half {p:.1}"));
     let read_back = format!(
-        "log10 p = {:.1}; by the paper's test after noise of 0.2 % {:.1}",
+        "log10 p = {:.1}; by the paper's test after noise of 0.2 % {:.1}{halved}",
         report.log10_p, report.log10_p_after_noise
     );
     Table::new(format!("marked {} → {}", place.input.display(), place.output.display()))
@@ -116,7 +123,7 @@ fn text(place: &Place<'_>, report: &EmbedReport) -> Table {
         .row("mesh", format!("{} vertices, {} triangles", report.vertices, report.faces))
         .row("mark", mark)
         .row("displacement", displacement)
-        .and(report.fidelity.as_ref().map_or_else(Table::default, fidelity::rows))
+        .and(report.fidelity.as_ref().map_or_else(Table::default, |f| fidelity::rows(f, unit)))
         .row("read back", read_back)
         .row("seconds", format!("{:.2}", report.seconds.total()))
         .rows("note", &report.warnings)

@@ -10,8 +10,10 @@ use crate::progress::Progress;
 use crate::table::Table;
 use rayon::prelude::*;
 use serde::Serialize;
+use sombrero::io::Document;
 use sombrero::watermark::{Identity, Key, OriginalDigest, Secret};
 use sombrero::{EmbedReport, Embedder};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -75,6 +77,7 @@ pub(super) fn run(
     };
     let original = files::read_mesh(input, context.limits)?;
     let rows = read_rows(list)?;
+    check_names(input, &original)?;
     let keys = make_folders(folder, context)?;
     let jobs = jobs(&order.options.identity.owner, input, folder, &keys, rows);
     let digest = OriginalDigest::of(original.parts());
@@ -214,17 +217,22 @@ struct Row {
 
 fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
     let wrong = |what: String| Failure::new("recipients", format!("{}: {what}", list.display()));
-    let bytes = files::read_small(list, LARGEST_LIST)?;
-    // Programs for tables like to begin with a mark of the byte order.
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
-    let unreadable = |e: csv::Error| wrong(format!("{e}; save it as CSV in UTF-8 with commas"));
+    let bytes = files::read_small(list, LARGEST_LIST, "a list in CSV with a column `recipient`")?;
+    let text = decoded(&bytes);
+    let separator = Separator::of(&text);
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .delimiter(separator.sign())
+        .from_reader(text.as_ref());
+    let separated = separator.name();
+    let unreadable =
+        |e: csv::Error| wrong(format!("{e} (columns separated by {separated}); save it as CSV in UTF-8"));
     let names = reader.headers().map_err(unreadable)?.clone();
     let column = |name: &str| names.iter().position(|n| n.eq_ignore_ascii_case(name));
     let Some(recipient) = column("recipient") else {
-        return Err(wrong(
-            "no column `recipient` in its first line; add one that says who gets each copy".into(),
-        ));
+        return Err(wrong(format!(
+            "no column `recipient` in its first line (columns separated by {separated}); add one that says who gets each copy"
+        )));
     };
     let file = column("file");
     let mut rows: Vec<Row> = Vec::new();
@@ -248,6 +256,77 @@ fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
         return Err(wrong("no recipients; give a line for each copy".into()));
     }
     Ok(rows)
+}
+
+/// A list as UTF-8. Programs for tables like to begin with a mark of the byte order, and save "Unicode text" as UTF-16.
+fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let wide = |of: fn([u8; 2]) -> u16| {
+        let units = bytes.as_chunks::<2>().0.iter().skip(1).map(|pair| of(*pair));
+        let text: String = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+        Cow::Owned(text.into_bytes())
+    };
+    match bytes {
+        [0xef, 0xbb, 0xbf, rest @ ..] => Cow::Borrowed(rest),
+        [0xff, 0xfe, ..] => wide(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => wide(u16::from_be_bytes),
+        _ => Cow::Borrowed(bytes),
+    }
+}
+
+/// What separates the columns of a list: programs for tables take what their language uses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Separator {
+    Comma,
+    Semicolon,
+    Tab,
+}
+
+impl Separator {
+    /// The one that the first line has most of, outside of quotes.
+    fn of(text: &[u8]) -> Self {
+        let first = text.split(|byte| matches!(byte, b'\n' | b'\r')).find(|line| !line.trim_ascii().is_empty());
+        let mut quoted = false;
+        let mut counts = [0_usize; 3];
+        for byte in first.unwrap_or_default() {
+            quoted ^= *byte == b'"';
+            for (separator, count) in [Self::Comma, Self::Semicolon, Self::Tab].into_iter().zip(&mut counts) {
+                *count += usize::from(!quoted && *byte == separator.sign());
+            }
+        }
+        match counts {
+            [comma, semicolon, tab] if tab > comma.max(semicolon) => Self::Tab,
+            [comma, semicolon, _] if semicolon > comma => Self::Semicolon,
+            _ => Self::Comma,
+        }
+    }
+
+    fn sign(self) -> u8 {
+        match self {
+            Self::Comma => b',',
+            Self::Semicolon => b';',
+            Self::Tab => b'\t',
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Comma => "commas",
+            Self::Semicolon => "semicolons",
+            Self::Tab => "tabs",
+        }
+    }
+}
+
+/// Copies are called as their input is, and that must not be as another format is.
+fn check_names(input: &Path, original: &Document) -> Result<(), Failure> {
+    files::check_format(input, original).map_err(|_| {
+        let (format, extension) = (original.format(), original.extension());
+        let message = format!(
+            "{}: its content is {format}, and so would be that of copies of this name; rename it to end in .{extension}",
+            input.display()
+        );
+        Failure::new("usage", message)
+    })
 }
 
 /// The names of files for each row: the one in the list, or INPUT-RECIPIENT. Where two rows have the same, or none, the
@@ -295,5 +374,36 @@ mod tests {
         assert_eq!(slug("Łódź № 7"), "łódź-7");
         assert_eq!(slug("…"), "");
         assert_eq!(slug(&"x".repeat(300)).len(), 80);
+    }
+
+    #[test]
+    fn the_separator_is_what_the_first_line_has() {
+        for (text, separator) in [
+            ("recipient", Separator::Comma),
+            ("recipient,file\nA;B;C,d", Separator::Comma),
+            ("recipient;file\nA,B,C;d", Separator::Semicolon),
+            ("\n\nrecipient\tfile\n", Separator::Tab),
+            ("\"a;b;c\",recipient", Separator::Comma),
+            ("\"a,b,c\";recipient\r\n", Separator::Semicolon),
+            ("a,b;recipient;file", Separator::Semicolon),
+        ] {
+            assert_eq!(Separator::of(text.as_bytes()), separator, "{text}");
+        }
+    }
+
+    #[test]
+    fn lists_come_in_what_programs_for_tables_save() {
+        let text = "recipient\tfile\r\nŁódź\ta\r\n";
+        let wide = |bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            std::iter::once(0xfeff).chain(text.encode_utf16()).flat_map(bytes).collect()
+        };
+        for bytes in [
+            text.as_bytes().to_vec(),
+            ["\u{feff}".as_bytes(), text.as_bytes()].concat(),
+            wide(u16::to_le_bytes),
+            wide(u16::to_be_bytes),
+        ] {
+            assert_eq!(decoded(&bytes), text.as_bytes());
+        }
     }
 }

@@ -48,7 +48,7 @@ pub(super) fn check(args: &Args, recorded: &Record, context: &Context) -> Result
     let paths = [suspect?, original?, key?];
     let suspect = files::read_mesh(&paths[0], context.limits)?;
     let original = files::read_mesh(&paths[1], context.limits)?;
-    let key_file = files::read_small(&paths[2], files::LARGEST_KEY)?;
+    let key_file = files::read_key_file(&paths[2])?;
     let key = files::parse_key(&paths[2], &key_file)?;
     let timestamp = timestamp::of_key(&paths[2], &key, &timestamp::anchors(args.ca.as_deref())?)?;
     let replay =

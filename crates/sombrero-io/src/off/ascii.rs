@@ -1,105 +1,27 @@
-//! OFF, the text format of Geomview: a keyword, three counts, one vertex a line, one polygon a line.
+//! Text OFF: the counts, one vertex a line, one polygon a line, with comments and any line end.
 //!
-//! Read: `OFF` and its variants with texture coordinates (`ST`), colours (`C`) and normals (`N`), with comments
-//! and any line end; the keyword may be missing if the file's name says OFF. What follows a position or a
-//! polygon on its line is kept unread, as is everything after the last polygon. Refused by name: binary OFF,
-//! and positions that are not three-dimensional (`4OFF`, `nOFF`).
+//! The keyword may be missing if the file's name says OFF, and the first count may stand right behind it. A polygon may go on
+//! in the next line. Where lines are not rows, because vertices or polygons share a line or need several, the numbers are
+//! taken as they come.
 
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
+use super::keyword::Keyword;
 use crate::attributes::Attributes;
+use crate::coordinate::is_finite;
 use crate::decimals::Words;
 use crate::error::{ParseError, Place, WriteError};
-use crate::family::{Evidence, Family, Variant};
 use crate::format::Format;
 use crate::input::{Limits, Source};
 use crate::normals::Stored;
 use crate::parsed::{self, Original, Parsed, Rewrite, Rewritten};
-use crate::polygon;
+use crate::polygon::Faces;
 use crate::text::{self, Joining, Lines};
-
-/// The format's row.
-pub(crate) static FAMILY: Family = Family {
-    name: "OFF",
-    variants: &[&OFF],
-    recognise: |bytes| Evidence::Likely.when(is_off(bytes)),
-    parse,
-    is_text: true,
-    empty: ParseError::NoVertices,
-};
-
-/// Text, the only way to write it.
-pub(crate) static OFF: Variant = Variant {
-    format: Format::Off,
-    name: "OFF",
-    extension: "off",
-    needs_triangles: false,
-    encode: |soup| Ok(encode(soup)),
-};
 
 /// Bytes that a vertex (`0 0 0`) or a polygon (`0`) and its line end take at least.
 const LEAST_VERTEX: u64 = 6;
 const LEAST_FACE: u64 = 2;
-
-/// What the keyword says about the vertices.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-struct Keyword {
-    texture: bool,
-    colours: bool,
-    normals: bool,
-    /// `4OFF`: homogeneous coordinates.
-    four: bool,
-    /// `nOFF`: any number of dimensions.
-    any: bool,
-}
-
-impl Keyword {
-    /// Understands `[ST][C][N][4][n]OFF`.
-    fn parse(keyword: &[u8]) -> Option<Self> {
-        if keyword == b"off" {
-            return Some(Self::default());
-        }
-        let mut rest = keyword.strip_suffix(b"OFF")?;
-        let mut has = |letters: &[u8]| match rest.strip_prefix(letters) {
-            Some(after) => {
-                rest = after;
-                true
-            }
-            None => false,
-        };
-        let keyword = Self {
-            texture: has(b"ST"),
-            colours: has(b"C"),
-            normals: has(b"N"),
-            four: has(b"4"),
-            any: has(b"n"),
-        };
-        rest.is_empty().then_some(keyword)
-    }
-
-    fn refused(self) -> Option<&'static str> {
-        match self {
-            Self { any: true, .. } => Some("nOFF (positions of any dimension)"),
-            Self { four: true, .. } => Some("4OFF (homogeneous positions)"),
-            _ => None,
-        }
-    }
-
-    fn note(self, attributes: &mut Attributes) {
-        let names =
-            [(self.normals, "normals"), (self.colours, "colours"), (self.texture, "texture coordinates")];
-        for (_, name) in names.iter().filter(|(has, _)| *has) {
-            attributes.note(name);
-        }
-    }
-}
-
-/// Whether the first word is the keyword.
-fn is_off(bytes: &[u8]) -> bool {
-    let mut lines = Lines::new(bytes, text::beginning(bytes), Joining::Never);
-    lines.first_word().is_some_and(|word| Keyword::parse(&bytes[word]).is_some())
-}
 
 /// Where the coordinates stand.
 #[derive(Debug)]
@@ -108,9 +30,16 @@ struct Layout {
     slots: Vec<usize>,
     /// Whether three numbers behind the coordinates are a normal.
     normals: bool,
+    /// Whether a line end may come between the coordinates.
+    joining: Joining,
 }
 
 impl parsed::Layout for Layout {
+    fn misplaced(&self, bytes: &[u8], vertex: usize) -> ParseError {
+        let slot = self.slots.get(vertex).map_or(&[][..], std::slice::from_ref);
+        text::misplaced(bytes, text::words_of_points(bytes, slot, self.joining))
+    }
+
     fn rewrite(
         &self,
         original: &Original<'_>,
@@ -118,11 +47,11 @@ impl parsed::Layout for Layout {
         _: &Rewrite,
     ) -> Result<Rewritten, WriteError> {
         let Original { bytes, soup, .. } = original;
-        Ok(text::rewrite_points(bytes, &self.slots, Joining::Never, &soup.points, points).into())
+        Ok(text::rewrite_points(bytes, &self.slots, self.joining, &soup.points, points).into())
     }
 
     fn words(&self, original: &Original<'_>) -> Option<Words> {
-        let coordinates = text::words_of_points(original.bytes, &self.slots, Joining::Never);
+        let coordinates = text::words_of_points(original.bytes, &self.slots, self.joining);
         Some(Words { coordinates, ..Words::default() })
     }
 
@@ -133,7 +62,7 @@ impl parsed::Layout for Layout {
     ) -> Result<Option<Vec<u8>>, WriteError> {
         let Some(normals) = self.normals(original) else { return Ok(None) };
         let (old, new) = normals.turned(original.soup, points);
-        Ok(Some(text::rewrite_points(original.bytes, &normals.slots, Joining::Never, &old, &new)))
+        Ok(Some(text::rewrite_points(original.bytes, &normals.slots, self.joining, &old, &new)))
     }
 }
 
@@ -145,83 +74,106 @@ impl Layout {
         }
         let (mut values, mut slots) = (Vec::new(), Vec::new());
         for &start in &self.slots {
-            let mut lines = Lines::new(original.bytes, start, Joining::Never);
+            let mut lines = Lines::new(original.bytes, start, self.joining);
             for _ in 0..3 {
                 lines.word();
             }
             slots.push(lines.at());
-            values.push(text::point(&mut lines, original.bytes, start).ok()?.coords);
+            values.push(text::point(&mut lines, original.bytes, start).ok().filter(is_finite)?.coords);
         }
         Some(Stored { values, corners: original.soup.triangles.clone(), slots, text: true })
     }
 }
 
-/// Reads the whole file.
-fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
-    let Source { bytes, limits, .. } = source;
-    let mut reader = Reader {
-        bytes,
-        limits,
-        lines: Lines::new(bytes, text::beginning(bytes), Joining::Never),
-        attributes: Attributes::default(),
-    };
-    let keyword = reader.keyword()?;
-    keyword.note(&mut reader.attributes);
-    let [vertices, faces] = reader.counts()?;
-    let (points, slots) = reader.vertices(vertices, keyword)?;
-    let triangles = reader.faces(faces, vertices)?;
-    let layout = Layout { slots, normals: keyword.normals };
-    Ok(Parsed::new(Format::Off, Soup::new(points, triangles), reader.attributes, layout))
-}
-
-fn unsupported(what: &str) -> ParseError {
-    ParseError::Unsupported { what: what.into(), cure: "save the model as plain OFF, PLY or OBJ" }
+/// Reads the whole file, whose keyword, if there is one, ends at `start`.
+pub(super) fn parse(source: Source<'_>, keyword: Keyword, start: usize) -> Result<Parsed, ParseError> {
+    let start = start.max(text::beginning(source.bytes));
+    let by_line = Reader::new(source, start, Joining::Never).run(keyword);
+    let Err(trouble) = by_line else { return by_line };
+    if keyword != Keyword::default() {
+        return Err(trouble);
+    }
+    Reader::new(source, start, Joining::Always).run(keyword).map_err(|_| trouble)
 }
 
 struct Reader<'a> {
     bytes: &'a [u8],
     limits: Limits,
     lines: Lines<'a>,
+    /// Whether rows end with their lines.
+    joining: Joining,
     attributes: Attributes,
 }
 
-impl Reader<'_> {
-    /// Passes over the keyword, if there is one.
-    fn keyword(&mut self) -> Result<Keyword, ParseError> {
-        let start = self.lines.at();
-        let Some(keyword) = self.lines.first_word().and_then(|word| Keyword::parse(&self.bytes[word])) else {
-            self.lines = Lines::new(self.bytes, start, Joining::Never);
-            return Ok(Keyword::default());
-        };
-        let after = self.lines.at();
-        if self.lines.word().is_some_and(|word| &self.bytes[word] == b"BINARY") {
-            return Err(unsupported("binary OFF"));
-        }
-        if let Some(what) = keyword.refused() {
-            return Err(unsupported(what));
-        }
-        // The counts may follow on the same line.
-        self.lines = Lines::new(self.bytes, after, Joining::Never);
-        Ok(keyword)
+impl<'a> Reader<'a> {
+    fn new(source: Source<'a>, start: usize, joining: Joining) -> Self {
+        let Source { bytes, limits, .. } = source;
+        let lines = Lines::new(bytes, start, joining);
+        Self { bytes, limits, lines, joining, attributes: Attributes::default() }
     }
 
-    /// The numbers of vertices and faces; the number of edges, which nobody needs, may be missing.
+    fn run(mut self, keyword: Keyword) -> Result<Parsed, ParseError> {
+        keyword.note(&mut self.attributes);
+        let [vertices, faces] = self.counts()?;
+        let (points, slots) = self.vertices(vertices, keyword)?;
+        let Faces { triangles, polygons } = self.faces(faces, vertices)?;
+        if self.joining == Joining::Always
+            && let Some(word) = self.lines.word()
+        {
+            let problem = "something follows the last face".into();
+            return Err(ParseError::Malformed { place: self.line(word.start), problem });
+        }
+        let layout = Layout { slots, normals: keyword.normals, joining: self.joining };
+        let parsed = Parsed::new(Format::Off, Soup::new(points, triangles), self.attributes, layout);
+        Ok(Parsed { polygons, ..parsed })
+    }
+
+    /// The numbers of vertices and faces, on one line or on several; the number of edges, which nobody needs, may be missing.
     fn counts(&mut self) -> Result<[usize; 2], ParseError> {
         let Some(first) = self.lines.first_word() else {
             return Err(ParseError::Truncated { element: "counts line".into(), index: 0 });
         };
         let start = first.start;
-        let vertices = text::integer(&self.bytes[first]);
-        let faces = self.lines.word().and_then(|word| text::integer(&self.bytes[word]));
-        let count = |n: Option<i64>| n.and_then(|n| usize::try_from(n).ok());
-        let (Some(vertices), Some(faces)) = (count(vertices), count(faces)) else {
+        let count = |word| text::integer(word).and_then(|n| usize::try_from(n).ok());
+        let vertices = count(&self.bytes[first]);
+        let second = self.lines.word();
+        let has_lines = second.is_none();
+        let faces = second.or_else(|| self.lines.first_word()).and_then(|word| count(&self.bytes[word]));
+        let (Some(vertices), Some(faces)) = (vertices, faces) else {
             let problem = "expected the numbers of vertices and faces".into();
             return Err(ParseError::Malformed { place: self.line(start), problem });
         };
-        self.lines.next_line();
+        if self.joining == Joining::Always {
+            self.lines.word();
+        } else if !(has_lines && self.pass_lone_number()) {
+            self.lines.next_line();
+        }
         self.check_claim("vertex", vertices, LEAST_VERTEX)?;
         self.limits.check_vertices(vertices)?;
         Ok([vertices, faces])
+    }
+
+    /// Passes over a line that holds one whole number and nothing else, as no vertex does; whether there was one.
+    fn pass_lone_number(&mut self) -> bool {
+        let mut lines = Lines::new(self.bytes, self.lines.at(), self.joining);
+        let alone = lines.word().is_none()
+            && lines.first_word().is_some_and(|word| text::integer(&self.bytes[word]).is_some())
+            && lines.word().is_none();
+        if alone {
+            lines.next_line();
+            self.lines = lines;
+        }
+        alone
+    }
+
+    /// Passes over what is left of a row.
+    fn end_row(&mut self, surplus: &str) {
+        if self.joining == Joining::Never {
+            if !surplus.is_empty() && self.lines.word().is_some() {
+                self.attributes.note(surplus);
+            }
+            self.lines.next_line();
+        }
     }
 
     fn vertices(
@@ -229,36 +181,34 @@ impl Reader<'_> {
         count: usize,
         keyword: Keyword,
     ) -> Result<(Vec<Point3<f64>>, Vec<usize>), ParseError> {
+        // Many programs write colours without saying so in the keyword.
+        let surplus = if keyword == Keyword::default() { "unnamed vertex values" } else { "" };
         let (mut points, mut slots) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for index in 0..count {
             let start = self.first_word_of("vertex", index)?;
             slots.push(start);
-            self.lines = Lines::new(self.bytes, start, Joining::Never);
+            self.lines = Lines::new(self.bytes, start, self.joining);
             points.push(text::point(&mut self.lines, self.bytes, start)?);
-            if keyword == Keyword::default() && self.lines.word().is_some() {
-                // Many programs write colours without saying so in the keyword.
-                self.attributes.note("unnamed vertex values");
-            }
-            self.lines.next_line();
+            self.end_row(surplus);
         }
         Ok((points, slots))
     }
 
-    fn faces(&mut self, count: usize, vertices: usize) -> Result<Vec<[u32; 3]>, ParseError> {
+    fn faces(&mut self, count: usize, vertices: usize) -> Result<Faces, ParseError> {
         self.check_claim("face", count, LEAST_FACE)?;
-        let (mut triangles, mut corners) = (Vec::new(), Vec::new());
+        let (mut faces, mut corners) = (Faces::default(), Vec::new());
         for index in 0..count {
             let start = self.first_word_of("face", index)?;
             self.face(start, vertices, &mut corners)?;
-            polygon::fan(&corners, &mut triangles);
-            self.lines.next_line();
+            faces.push(&corners);
+            self.end_row("face colours");
         }
-        Ok(triangles)
+        Ok(faces)
     }
 
     /// Reads the face whose first word, already passed, is at `start`.
     fn face(&mut self, start: usize, vertices: usize, corners: &mut Vec<u32>) -> Result<(), ParseError> {
-        self.lines = Lines::new(self.bytes, start, Joining::Never);
+        self.lines = Lines::new(self.bytes, start, self.joining);
         let size = self.integer(start)?;
         corners.clear();
         for _ in 0..size {
@@ -270,9 +220,6 @@ impl Reader<'_> {
                     return Err(ParseError::IndexOutOfRange { place, index, first: 0, count: vertices });
                 }
             }
-        }
-        if self.lines.word().is_some() {
-            self.attributes.note("face colours");
         }
         Ok(())
     }
@@ -316,7 +263,7 @@ impl Reader<'_> {
 }
 
 /// A new plain `OFF`.
-fn encode(soup: &Soup) -> Vec<u8> {
+pub(super) fn encode(soup: &Soup) -> Vec<u8> {
     let mut out = b"OFF\n".to_vec();
     for count in [soup.points.len(), soup.triangles.len()] {
         text::push_integer(&mut out, count as u64);
@@ -341,6 +288,7 @@ fn encode(soup: &Soup) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::off::unsupported;
     use crate::testing::{moved, parse_error, read};
 
     const BODY: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
@@ -352,6 +300,11 @@ mod tests {
             "off\n4 1\n",
             "4 1 0\n",
             "OFF 4 1 5\n",
+            "OFF4 1 0\n",
+            "OFF4\n1\n0\n",
+            "off4 1\n",
+            "OFF\n4\n1\n",
+            "4\n1 # faces\n0 # edges\n",
             "# hm\n\nOFF # yes\n\n# no\n4 1 0 # counts\n\n",
         ] {
             let document = read(format!("{head}{BODY}"), "off");
@@ -395,7 +348,6 @@ mod tests {
     #[test]
     fn what_is_not_three_dimensional_text_is_refused_by_name() {
         for (head, what) in [
-            ("OFF BINARY\n", "binary OFF"),
             ("4OFF\n", "4OFF (homogeneous positions)"),
             ("nOFF\n3\n", "nOFF (positions of any dimension)"),
             ("C4nOFF\n3\n", "nOFF (positions of any dimension)"),
@@ -419,6 +371,35 @@ mod tests {
         let document = read(text, "off");
         assert_eq!(document.triangles(), [[0, 1, 2], [0, 2, 3], [1, 2, 3]]);
         assert_eq!(document.attributes(), ["face colours"]);
+    }
+
+    #[test]
+    fn where_lines_are_not_rows_numbers_are_taken_as_they_come() {
+        for body in [
+            "0 0 0 1 0 0 1 1 0 0 1 0\n4 0 1 2 3\n",
+            "0 0 0 1 0 0\n1 1 0 0 1 0\n4 0 1\n2 3\n",
+            "0 0\n0\n1 0 0 # comment\n1\n1\n0 0 1 0 4 0 1 2 3",
+            "0\n0\n0\n1\n0\n0\n1\n1\n0\n0\n1\n0\n4\n0\n1\n2\n3\n",
+        ] {
+            for head in ["OFF\n4 1 0\n", "OFF4 1 0 ", "4 1 0\n"] {
+                let document = read(format!("{head}{body}"), "off");
+                assert_eq!(document.triangles(), [[0, 1, 2], [0, 2, 3]], "{head}{body}");
+                let (bytes, points) = moved(&document);
+                assert_eq!(read(bytes, "off").points(), points, "{head}{body}");
+            }
+        }
+    }
+
+    #[test]
+    fn unused_vertices_may_be_anything() {
+        let text = "OFF\n4 1 0\nnan nan nan\n0 0 0\n1 0 0\n0 1 0\n3 1 2 3\n";
+        let document = read(text, "off");
+        assert_eq!(document.points()[0], document.points()[1]);
+        let (bytes, points) = moved(&document);
+        assert!(String::from_utf8_lossy(&bytes).contains("\nnan nan nan\n"));
+        assert_eq!(read(bytes, "off").points()[1..], points[1..]);
+        let error = parse_error(text.replace("3 1 2 3", "3 0 1 2"), "off");
+        assert_eq!(error, ParseError::NonFinite { place: Place::Line(3) });
     }
 
     #[test]
