@@ -27,13 +27,19 @@ pub(crate) fn by_surfaces<E: Examiner>(
             let extractor = original.extractor().map_err(SearchError::from)?;
             let estimate =
                 tally.seconds.time("extraction", || extractor.estimate_from_surface(suspect, solved_for));
-            let hypothesis = Hypothesis { nuisance, resampling: true, pose: registers.then_some(*pose) };
+            let hypothesis = Hypothesis {
+                nuisance,
+                look: tally.look(),
+                resampling: true,
+                pose: registers.then_some(*pose),
+            };
             tally.show(&hypothesis, &estimate.map_err(SearchError::from)?)?;
         }
     }
     Ok(())
 }
 
-fn moved(soup: &Soup, pose: &Affine3<f64>) -> Soup {
+/// The soup in this pose. A mirror image is inside out, which extraction sees.
+pub(crate) fn moved(soup: &Soup, pose: &Affine3<f64>) -> Soup {
     Soup::new(soup.points.iter().map(|p| pose * p).collect(), soup.triangles.clone())
 }

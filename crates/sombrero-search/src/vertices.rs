@@ -6,36 +6,63 @@ use crate::limits::CORRESPONDS;
 use crate::nuisances::NUISANCES;
 use crate::original::Original;
 use crate::pairs::Pairs;
+use crate::placement::Placement;
 use crate::tally::Tally;
-use nalgebra::{Affine3, Point3};
+use nalgebra::Point3;
 
-/// Examines every correspondence with every nuisance: for each of the original's points its place on the suspect, in
-/// the suspect's coordinates. One that fits the original closes the search: surfaces tell no more than it.
+/// For each of the original's points its place on the suspect, in the suspect's coordinates, and how all of them are moved
+/// onto the original.
+pub(crate) struct Correspondence {
+    found: Vec<Option<Point3<f64>>>,
+    placement: Option<Placement>,
+    /// Root mean square distance that is left, in largest sides of the original.
+    misfit: f64,
+}
+
+impl Correspondence {
+    pub(crate) fn new(original: &Original, found: Vec<Option<Point3<f64>>>, registers: bool) -> Self {
+        let pairs = Pairs::new(original.model().soup(), &found);
+        let placement = if registers { pairs.placement() } else { None };
+        let misfit = pairs.rms(&placement.unwrap_or(Placement::as_it_is())) / original.model().largest_side();
+        Self { found, placement, misfit }
+    }
+
+    /// Whether it fits, so that surfaces tell no more.
+    pub(crate) fn fits(&self) -> bool {
+        self.misfit < CORRESPONDS
+    }
+
+    /// Whether it is within this many largest sides.
+    pub(crate) fn is_within(&self, sides: f64) -> bool {
+        self.misfit < sides
+    }
+}
+
+/// Examines every correspondence with every nuisance. One that fits the original closes the search.
 pub(crate) fn by_vertices<E: Examiner>(
     original: &Original,
-    correspondences: Vec<Vec<Option<Point3<f64>>>>,
+    correspondences: Vec<Correspondence>,
     tally: &mut Tally<'_, E>,
 ) -> Result<(), E::Error> {
     tally.take(correspondences.len());
-    for found in correspondences {
+    for correspondence in correspondences {
         if tally.is_certain() {
             break;
         }
-        let pairs = Pairs::new(original.model().soup(), &found);
-        let pose = if tally.registers() { pairs.similarity() } else { None };
-        if pairs.rms(&pose.unwrap_or_default()) < CORRESPONDS * original.model().largest_side() {
+        if correspondence.fits() {
             tally.close();
         }
-        let placed: Vec<_> = match &pose {
-            Some(pose) => found.iter().map(|p| p.map(|p| pose * p)).collect(),
+        let Correspondence { found, placement, .. } = correspondence;
+        let placed: Vec<_> = match &placement {
+            Some(placement) => found.iter().map(|p| p.map(|p| placement.of(&p))).collect(),
             None => found,
         };
-        let pose = pose.map(|pose| Affine3::from_matrix_unchecked(pose.to_homogeneous()));
+        let pose = placement.map(|placement| placement.map());
         for (nuisance, solved_for) in NUISANCES {
             let extractor = original.extractor().map_err(SearchError::from)?;
             let estimate =
                 tally.seconds.time("extraction", || extractor.estimate_from_vertices(&placed, solved_for));
-            let hypothesis = Hypothesis { nuisance, resampling: false, pose };
+            let hypothesis = Hypothesis { nuisance, look: tally.look(), resampling: false, pose };
             tally.show(&hypothesis, &estimate.map_err(SearchError::from)?)?;
             if tally.is_certain() {
                 break;
