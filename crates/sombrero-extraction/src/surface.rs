@@ -64,11 +64,35 @@ impl Extractor {
     ) -> Result<Estimate, EstimateError> {
         check(&suspect.points, &suspect.triangles, "suspect")?;
         let count = (SAMPLES_PER_VERTEX * self.original.points.len()).clamp(SAMPLES[0], SAMPLES[1]);
-        let mut all = Points::new(suspect, count);
+        self.estimate_from(suspect, Points::new(suspect, COARSE), Points::new(suspect, count), nuisance)
+    }
+
+    /// The estimate from a point cloud, given as a small triangle about each point that faces as the surface does
+    /// ([`sombrero_spatial::splats`]). It must have been brought onto the original, as a surface must.
+    ///
+    /// # Errors
+    /// As [`estimate_from_surface`](Self::estimate_from_surface).
+    pub fn estimate_from_points(&self, splats: &Soup, nuisance: Nuisance) -> Result<Estimate, EstimateError> {
+        check(&splats.points, &splats.triangles, "suspect")?;
+        self.estimate_from(
+            splats,
+            Points::of_splats(splats, COARSE),
+            Points::of_splats(splats, usize::MAX),
+            nuisance,
+        )
+    }
+
+    /// From few points and from all, of `suspect`.
+    fn estimate_from(
+        &self,
+        suspect: &Soup,
+        mut few: Points,
+        mut all: Points,
+        nuisance: Nuisance,
+    ) -> Result<Estimate, EstimateError> {
         if all.places.is_empty() {
             return Err(EstimateError::NoArea { which: "suspect" });
         }
-        let mut few = Points::new(suspect, COARSE);
         let simpler = || Deformation::ALL.into_iter().filter(|d| *d < nuisance.deformation);
         let [few_solves, all_solves] = [APPROACH * simpler().count() + ITERATIONS[0], ITERATIONS[1]];
         let mut fit = Fit::new(self, few_solves * few.places.len() + all_solves * all.places.len());
@@ -118,6 +142,21 @@ impl Points {
             places: places.collect(),
             normals: samples.iter().map(|s| normal(s.face)).collect(),
             weight: used as f64 / count as f64,
+        }
+    }
+
+    /// The middles of at most so many small triangles, evenly many of all.
+    fn of_splats(splats: &Soup, most: usize) -> Self {
+        let stride = splats.triangles.len().div_ceil(most).max(1);
+        let faces = || splats.triangles.iter().step_by(stride);
+        let middle = |corners: &[u32; 3]| {
+            let sum: Vector3<f64> = corners.iter().map(|&v| splats.points[v as usize].coords).sum();
+            Point3::from(sum / 3.0)
+        };
+        Self {
+            places: faces().map(middle).collect(),
+            normals: faces().map(|corners| normal(&splats.points, *corners)).collect(),
+            weight: stride as f64,
         }
     }
 

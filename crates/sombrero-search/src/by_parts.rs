@@ -56,7 +56,7 @@ pub(crate) fn by_parts<E: Examiner>(
     tally.take_all(combinations + alone);
     let mut best: Vec<FoundPart> = Vec::new();
     for &(name, nuisance) in &NUISANCES[..SIMPLE] {
-        if tally.is_certain() {
+        if tally.is_over() {
             break;
         }
         let estimates = tally.seconds.time("extraction", || estimates(original.parts(), &found, nuisance))?;

@@ -2,7 +2,7 @@
 
 use crate::placement::Placement;
 use nalgebra::Point3;
-use sombrero_mesh::Soup;
+use sombrero_mesh::{BoundingBox, Soup};
 use sombrero_registration::similarity_of_pairs;
 
 /// A mirror image has to fit better by this factor: what fits both ways was not mirrored.
@@ -31,6 +31,11 @@ impl Pairs {
             (Some(upright), _) => Some(upright.1),
             (None, mirrored) => mirrored.map(|fit| fit.1),
         }
+    }
+
+    /// The largest side of the original's points that were found; 0 of none.
+    pub(crate) fn side(&self) -> f64 {
+        BoundingBox::of(self.0.iter().map(|pair| &pair.1)).map_or(0.0, |bounds| bounds.largest_side())
     }
 
     /// Root mean square distance of the found points, placed so, from the original's, in model units.

@@ -57,6 +57,13 @@ pub(crate) fn has_parts(soup: &Soup) -> bool {
     of_triangles.any(|other| Some(other) != one)
 }
 
+/// Whether one of the suspect's parts may be several of the original's, by the numbers of points and triangles.
+pub(crate) fn are_alike(original: &[Component], suspect: &[Component]) -> bool {
+    let size = |component: &Component| (component.points.len(), component.soup.triangles.len());
+    let as_large = |own: &Component| original.iter().filter(|other| size(other) == size(own)).count();
+    suspect.iter().any(|component| as_large(component) > 1)
+}
+
 /// Part of the original that functions reach.
 #[derive(Debug)]
 pub(crate) struct Part {

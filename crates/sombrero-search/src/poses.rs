@@ -1,5 +1,6 @@
 //! The poses in which the suspect's surface fits the original's.
 
+use crate::budget::Budget;
 use crate::error::SearchError;
 use crate::limits::{CORRESPONDS, MOST_POSES};
 use crate::options::When;
@@ -90,6 +91,7 @@ pub(crate) fn poses(
     suspect: &Soup,
     registration: When,
     similar: Similar,
+    budget: Budget,
     seconds: &mut Stages,
 ) -> Result<Poses, SearchError> {
     let similar = match similar {
@@ -98,7 +100,7 @@ pub(crate) fn poses(
     };
     let options = RegisterOptions::default();
     let mut warning = None;
-    if !similar.trusted {
+    if !similar.trusted && !budget.is_spent() {
         let stretched = seconds.time("registration", || {
             register_affine(original.reference()?, &suspect.points, &suspect.triangles, &options)
         });
@@ -109,6 +111,8 @@ pub(crate) fn poses(
             let found = poses.take(MOST_POSES).collect();
             return Ok(Poses { found, warning });
         }
+    }
+    if !similar.trusted {
         warning = Some(
             "The suspect fits the original badly in every pose that was tried; it may be another shape."
                 .to_owned(),

@@ -4,13 +4,14 @@
 //! What there is to look at, the shapes decide alone. Where the vertices of parts say that each was moved by itself, that is
 //! looked at first; a mirror image, where it fits and the suspect itself does not. Else they come when the usual look found nothing.
 
+use crate::budget::Budget;
 use crate::by_parts::{FoundPart, by_parts};
 use crate::error::SearchError;
 use crate::examiner::{Examiner, Look};
 use crate::matched::matched;
 use crate::options::{SearchOptions, When};
 use crate::original::Original;
-use crate::parts::{Component, components};
+use crate::parts::{Component, are_alike, components};
 use crate::placements::{self, Found};
 use crate::poses::{mirrored, poses, similar};
 use crate::stages::Stages;
@@ -18,6 +19,7 @@ use crate::surfaces::by_surfaces;
 use crate::suspect::Suspect;
 use crate::tally::Tally;
 use crate::vertices::{Correspondence, by_vertices};
+use sombrero_mesh::Soup;
 
 /// Correspondences that are further off than this, in largest sides, are those of other parts where each part has its own.
 const HOPELESS: f64 = 0.1;
@@ -32,6 +34,8 @@ pub struct SearchOutcome<E> {
     pub seconds: Stages,
     /// What the user should know, in sentences.
     pub warnings: Vec<String>,
+    /// Whether [`SearchOptions::budget`] ran out before all was looked at.
+    pub budget_spent: bool,
 }
 
 /// One look that is over.
@@ -61,8 +65,14 @@ pub fn search<E: Examiner>(
     options: &SearchOptions,
     examiner: E,
 ) -> Result<SearchOutcome<E>, E::Error> {
-    let done = SearchOutcome { looks: Vec::new(), seconds: Stages::default(), warnings: Vec::new() };
-    let mut search = Search { original, suspect, options, examiner, done };
+    let done = SearchOutcome {
+        looks: Vec::new(),
+        seconds: Stages::default(),
+        warnings: Vec::new(),
+        budget_spent: false,
+    };
+    let budget = Budget::new(options.budget);
+    let mut search = Search { original, suspect, options, budget, examiner, done };
     search.all()?;
     let done = search.done;
     if !done.looks.is_empty() {
@@ -78,6 +88,7 @@ struct Search<'a, E> {
     original: &'a Original,
     suspect: &'a Suspect,
     options: &'a SearchOptions,
+    budget: Budget,
     examiner: E,
     /// Those that are over.
     done: SearchOutcome<E>,
@@ -87,11 +98,17 @@ impl<'a, E: Examiner> Search<'a, E> {
     fn all(&mut self) -> Result<(), E::Error> {
         let mut whole = self.tally(Look::Whole);
         let certain = self.first(&mut whole)?;
-        if !certain && whole.is_open() {
+        if !certain && whole.is_open() && !(self.is_spent() && !self.done.looks.is_empty()) {
             self.by_surfaces(&mut whole)?;
         }
         self.close(whole, Vec::new());
         Ok(())
+    }
+
+    /// Whether the time is over; noted where it is.
+    fn is_spent(&mut self) -> bool {
+        self.done.budget_spent |= self.budget.is_spent();
+        self.done.budget_spent
     }
 
     /// Vertices, and those of parts. Whether one that is not the whole is certain.
@@ -99,13 +116,16 @@ impl<'a, E: Examiner> Search<'a, E> {
         if self.options.resampling == When::Always {
             return Ok(false);
         }
-        let found = match &self.suspect.correspondence {
-            Some(stored) => vec![stored.clone()],
-            None => whole.seconds.time("matching", || matched(self.original.model(), &self.suspect.soup)),
-        };
-        let correspondence = |found| Correspondence::new(self.original, found, whole.registers());
-        let mut correspondences: Vec<_> = found.into_iter().map(correspondence).collect();
+        if self.suspect.cloud {
+            // Points have no connectivity that could be matched.
+            whole.take(0);
+            return Ok(false);
+        }
+        let mut correspondences = self.correspondences(whole);
         let fits = correspondences.iter().any(Correspondence::fits);
+        if fits && self.suspect.correspondence.is_some() {
+            whole.close_all();
+        }
         if !fits && whole.is_shared() {
             let components = self.components();
             let parts = if components.is_empty() { &[] } else { self.original.parts() };
@@ -119,7 +139,42 @@ impl<'a, E: Examiner> Search<'a, E> {
             }
         }
         by_vertices(self.original, correspondences, whole)?;
+        let numbered = self.suspect.correspondence.is_none();
+        if numbered && whole.is_shared() && !whole.is_found() {
+            return self.look_at_vertices_in_mirror();
+        }
         Ok(false)
+    }
+
+    /// All that are stored or that the connectivity permits.
+    fn correspondences(&self, whole: &mut Tally<'a, E>) -> Vec<Correspondence> {
+        let (original, registers) = (self.original, whole.registers());
+        if let Some(stored) = &self.suspect.correspondence {
+            return vec![Correspondence::new(original, stored.clone(), registers)];
+        }
+        let found = whole.seconds.time("matching", || matched(original.model(), &self.suspect.soup));
+        let all = found.into_iter().map(|found| Correspondence::new(original, found, registers));
+        if original.has_parts()
+            && are_alike(&components(original.model().soup()), &components(&self.suspect.soup))
+        {
+            return all.map(Correspondence::doubted).collect();
+        }
+        all.collect()
+    }
+
+    /// Looks at numberings of the faces turned round, which a connectivity that is its own mirror image hides, where they fit.
+    fn look_at_vertices_in_mirror(&mut self) -> Result<bool, E::Error> {
+        if self.is_spent() {
+            return Ok(false);
+        }
+        let mut tally = self.tally(Look::Mirrored);
+        let triangles = self.suspect.soup.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+        let turned = Soup::new(self.suspect.soup.points.clone(), triangles);
+        let found = tally.seconds.time("matching", || matched(self.original.model(), &turned));
+        let all = found.into_iter().map(|found| Correspondence::new(self.original, found, true));
+        let mirrored: Vec<_> = all.filter(|found| found.fits() && found.is_mirrored()).collect();
+        by_vertices(self.original, mirrored, &mut tally)?;
+        Ok(self.close(tally, Vec::new()))
     }
 
     fn by_surfaces(&mut self, whole: &mut Tally<'a, E>) -> Result<(), E::Error> {
@@ -132,9 +187,10 @@ impl<'a, E: Examiner> Search<'a, E> {
         {
             return Ok(());
         }
-        let poses = poses(original, suspect, self.options.registration, upright, &mut whole.seconds)?;
+        let poses =
+            poses(original, suspect, self.options.registration, upright, self.budget, &mut whole.seconds)?;
         whole.warnings.extend(poses.warning);
-        by_surfaces(original, suspect, &poses.found, whole)?;
+        by_surfaces(original, self.suspect, &poses.found, whole)?;
         if whole.is_shared() && trusted && !whole.is_found() {
             self.look_in_mirror(limit)?;
         }
@@ -143,16 +199,20 @@ impl<'a, E: Examiner> Search<'a, E> {
 
     /// Looks at the mirror image where its fit is not worse than `limit`. Whether the mark is certain.
     fn look_in_mirror(&mut self, limit: f64) -> Result<bool, E::Error> {
+        if self.is_spent() {
+            return Ok(false);
+        }
         let mut tally = self.tally(Look::Mirrored);
         let suspect = &self.suspect.soup;
         let poses = mirrored(self.original, suspect, limit, &mut tally.seconds);
-        by_surfaces(self.original, suspect, &poses, &mut tally)?;
+        by_surfaces(self.original, self.suspect, &poses, &mut tally)?;
         Ok(self.close(tally, Vec::new()))
     }
 
     /// Looks at components whose surfaces fit parts, unless their vertices did.
     fn look_at_surfaces_of_parts(&mut self) -> Result<bool, E::Error> {
-        if self.options.resampling == When::Never
+        if self.is_spent()
+            || self.options.resampling == When::Never
             || self.done.looks.iter().any(|done| done.look == Look::Parts)
         {
             return Ok(false);
@@ -172,18 +232,22 @@ impl<'a, E: Examiner> Search<'a, E> {
 
     /// The components of the suspect, where it or the original has several.
     fn components(&self) -> Vec<Component> {
+        if self.suspect.cloud {
+            return Vec::new();
+        }
         let components = components(&self.suspect.soup);
         if components.len() > 1 || self.original.has_parts() { components } else { Vec::new() }
     }
 
     fn tally(&self, look: Look) -> Tally<'a, E> {
-        Tally::new(self.options, look, self.examiner.clone())
+        Tally::new(self.options, self.budget, look, self.examiner.clone())
     }
 
     /// Ends a look. Whether it is certain.
     fn close(&mut self, mut tally: Tally<'a, E>, parts: Vec<FoundPart>) -> bool {
         tally.finish();
         let (certain, counted, look) = (tally.is_certain(), tally.counted(), tally.look());
+        self.done.budget_spent |= !certain && self.budget.is_spent();
         self.done.seconds.add(tally.seconds);
         self.done.warnings.extend(tally.warnings);
         if tally.examiner.best().is_some() {

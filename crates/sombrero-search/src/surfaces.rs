@@ -4,6 +4,7 @@ use crate::error::SearchError;
 use crate::examiner::{Examiner, Hypothesis};
 use crate::nuisances::NUISANCES;
 use crate::original::Original;
+use crate::suspect::Suspect;
 use crate::tally::Tally;
 use nalgebra::Affine3;
 use sombrero_mesh::Soup;
@@ -12,21 +13,23 @@ use sombrero_mesh::Soup;
 /// one is right.
 pub(crate) fn by_surfaces<E: Examiner>(
     original: &Original,
-    suspect: &Soup,
+    suspect: &Suspect,
     poses: &[Affine3<f64>],
     tally: &mut Tally<'_, E>,
 ) -> Result<(), E::Error> {
     tally.take(poses.len());
     let registers = tally.registers();
-    let suspects: Vec<Soup> = poses.iter().map(|pose| moved(suspect, pose)).collect();
+    let suspects: Vec<Soup> = poses.iter().map(|pose| moved(&suspect.soup, pose)).collect();
     for (nuisance, solved_for) in NUISANCES {
-        for (pose, suspect) in poses.iter().zip(&suspects) {
-            if tally.is_certain() {
+        for (pose, placed) in poses.iter().zip(&suspects) {
+            if tally.is_over() {
                 return Ok(());
             }
             let extractor = original.extractor().map_err(SearchError::from)?;
-            let estimate =
-                tally.seconds.time("extraction", || extractor.estimate_from_surface(suspect, solved_for));
+            let estimate = tally.seconds.time("extraction", || match suspect.cloud {
+                true => extractor.estimate_from_points(placed, solved_for),
+                false => extractor.estimate_from_surface(placed, solved_for),
+            });
             let hypothesis = Hypothesis {
                 nuisance,
                 look: tally.look(),

@@ -10,6 +10,7 @@
 //!
 //! The usual look has nearly all: others cost it 0.007 of log10 p. Where the shape alone says that there are no others it has all.
 
+use crate::budget::Budget;
 use crate::examiner::{Examiner, Hypothesis, Look};
 use crate::limits::MOST_POSES;
 use crate::nuisances::NUISANCES;
@@ -29,6 +30,7 @@ const OTHERS: usize = 2;
 /// One look under way.
 pub(crate) struct Tally<'a, E> {
     pub(crate) options: &'a SearchOptions,
+    budget: Budget,
     pub(crate) examiner: E,
     pub(crate) seconds: Stages,
     pub(crate) warnings: Vec<String>,
@@ -42,13 +44,14 @@ pub(crate) struct Tally<'a, E> {
 }
 
 impl<'a, E: Examiner> Tally<'a, E> {
-    pub(crate) fn new(options: &'a SearchOptions, look: Look, examiner: E) -> Self {
+    pub(crate) fn new(options: &'a SearchOptions, budget: Budget, look: Look, examiner: E) -> Self {
         let possible = match look {
             Look::Whole if options.resampling == When::Auto => 2 * MOST_POSES,
             _ => MOST_POSES,
         };
         Self {
             options,
+            budget,
             examiner,
             seconds: Stages::default(),
             warnings: Vec::new(),
@@ -72,15 +75,20 @@ impl<'a, E: Examiner> Tally<'a, E> {
         self.routes += routes;
     }
 
-    /// Says that no other routes will be taken, and that there will be no other look. Only the shapes may be the reason.
+    /// Says that no other routes will be taken. Only the shapes may be the reason.
     pub(crate) fn close(&mut self) {
         self.possible = 0;
+    }
+
+    /// Says that there will be no other look. Only the shapes may be the reason.
+    pub(crate) fn close_all(&mut self) {
+        self.close();
         self.shared = false;
     }
 
     /// Whether other routes may and need be taken.
     pub(crate) fn is_open(&self) -> bool {
-        self.possible > 0 && !self.is_certain()
+        self.possible > 0 && !self.is_over()
     }
 
     /// Whether another look may follow.
@@ -123,14 +131,19 @@ impl<'a, E: Examiner> Tally<'a, E> {
         self.log10_p() <= self.options.threshold.log10() - MARGIN
     }
 
+    /// Whether no more need or may be examined. The first estimate is made whatever it takes.
+    pub(crate) fn is_over(&self) -> bool {
+        self.is_certain() || (self.examiner.best().is_some() && self.budget.is_spent())
+    }
+
     /// Whether the best p so far counts as found.
     pub(crate) fn is_found(&self) -> bool {
         self.log10_p() <= self.options.threshold.log10()
     }
 
-    /// Ends the look. Routes that were left out because one is certain stay counted.
+    /// Ends the look. Routes that were left out because one is certain, or the time was over, stay counted.
     pub(crate) fn finish(&mut self) {
-        if !self.is_certain() {
+        if !self.is_over() {
             self.possible = 0;
         }
     }

@@ -17,19 +17,37 @@ pub(crate) struct Correspondence {
     placement: Option<Placement>,
     /// Root mean square distance that is left, in largest sides of the original.
     misfit: f64,
+    /// Whether it fits, so that surfaces tell no more.
+    fits: bool,
+    /// Whether points are missing.
+    partial: bool,
 }
 
 impl Correspondence {
     pub(crate) fn new(original: &Original, found: Vec<Option<Point3<f64>>>, registers: bool) -> Self {
         let pairs = Pairs::new(original.model().soup(), &found);
         let placement = if registers { pairs.placement() } else { None };
-        let misfit = pairs.rms(&placement.unwrap_or(Placement::as_it_is())) / original.model().largest_side();
-        Self { found, placement, misfit }
+        let rms = pairs.rms(&placement.unwrap_or(Placement::as_it_is()));
+        let (side, soup) = (original.model().largest_side(), original.model().soup());
+        let partial = found.iter().zip(soup.used()).any(|(found, used)| used && found.is_none());
+        // One of several parts is small beside all.
+        let own = if partial && original.has_parts() { pairs.side().min(side) } else { side };
+        Self { found, placement, misfit: rms / side, fits: rms < CORRESPONDS * own, partial }
     }
 
     /// Whether it fits, so that surfaces tell no more.
     pub(crate) fn fits(&self) -> bool {
-        self.misfit < CORRESPONDS
+        self.fits
+    }
+
+    /// Whether it is that of a mirror image.
+    pub(crate) fn is_mirrored(&self) -> bool {
+        self.placement.is_some_and(|placement| placement.mirrored)
+    }
+
+    /// The same where the parts that were found may as well be others: then a piece that fits settles nothing.
+    pub(crate) fn doubted(self) -> Self {
+        Self { fits: self.fits && !self.partial, ..self }
     }
 
     /// Whether it is within this many largest sides.
@@ -46,7 +64,7 @@ pub(crate) fn by_vertices<E: Examiner>(
 ) -> Result<(), E::Error> {
     tally.take(correspondences.len());
     for correspondence in correspondences {
-        if tally.is_certain() {
+        if tally.is_over() {
             break;
         }
         if correspondence.fits() {
@@ -64,7 +82,7 @@ pub(crate) fn by_vertices<E: Examiner>(
                 tally.seconds.time("extraction", || extractor.estimate_from_vertices(&placed, solved_for));
             let hypothesis = Hypothesis { nuisance, look: tally.look(), resampling: false, pose };
             tally.show(&hypothesis, &estimate.map_err(SearchError::from)?)?;
-            if tally.is_certain() {
+            if tally.is_over() {
                 break;
             }
         }

@@ -50,6 +50,8 @@ pub struct Detection {
     /// where it is missing.
     #[serde(skip)]
     pub found: Vec<Option<Point3<f64>>>,
+    /// Whether the budget ran out before all was looked at.
+    pub budget_spent: bool,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the user should know, in sentences.

@@ -181,6 +181,7 @@ impl<'a> Attempts<'a> {
             extracted: best.extraction.coefficients,
             measured: None,
             found: best.found,
+            budget_spent: false,
             seconds: self.seconds,
             warnings: self.warnings,
         })

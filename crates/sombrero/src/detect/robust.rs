@@ -20,7 +20,7 @@ pub(super) fn detect(
     options: &DetectOptions,
 ) -> Result<Detection, DetectError> {
     let one_key = OneKey { watermark, best: None, variants: Vec::new() };
-    let SearchOutcome { looks, seconds, mut warnings, .. } =
+    let SearchOutcome { looks, seconds, mut warnings, budget_spent, .. } =
         search(original, suspect, &options.search(), one_key)?;
     let mut variants = Vec::new();
     let mut winner: Option<(Outcome, LogProbability, usize, Vec<FoundPart>)> = None;
@@ -35,6 +35,9 @@ pub(super) fn detect(
     let Some((best, p, counted, parts)) = winner else { return Err(SearchError::NeedsResampling.into()) };
     let Outcome { variant, estimate, pose, used, .. } = best;
     warnings.extend(few(used));
+    warnings.extend(budget_spent.then(|| {
+        "The search ended when its budget was spent, before all was looked at; a larger --budget may find more.".to_owned()
+    }));
     let found = positions(&estimate);
     let coverage = original.coverage(&found);
     Ok(Detection {
@@ -54,6 +57,7 @@ pub(super) fn detect(
         extracted: estimate.known(),
         measured: Some(Measured { centre: estimate.coefficients, precision: estimate.precision }),
         found,
+        budget_spent,
         seconds,
         warnings,
     })
