@@ -85,3 +85,166 @@ fn no_extent_at_all_is_a_clear_error() {
     let message = look(&detector, &dot).unwrap_err().to_string();
     assert!(message.contains("no face with an area") && !message.contains("NaN"), "{message}");
 }
+
+/// Bumpy balls, each stretched in its own way; all of one connectivity, but for every third.
+fn kit(count: usize) -> Vec<Soup> {
+    let part = |i: usize| {
+        let mut ball = shapes::bumpy_sphere(if i % 3 == 2 { 900 } else { 600 });
+        let [a, b] = [i as f64, 0.7 * i as f64 + 0.3].map(|x| 1.0 + 0.3 * (x - x.floor()) + 0.08 * x);
+        for p in &mut ball.points {
+            let bend = 0.15 * (2.0 * p.x + i as f64).sin();
+            *p = Point3::new(a * p.x, b * p.y + bend, p.z / (0.5 * (a + b)) + bend * p.y);
+        }
+        ball
+    };
+    (0..count).map(part).collect()
+}
+
+/// All in one file, in a row.
+fn laid(parts: &[Soup], place: impl Fn(usize, &Point3<f64>) -> Point3<f64>) -> Soup {
+    let mut all = Soup::default();
+    for (i, part) in parts.iter().enumerate() {
+        let first = all.points.len() as u32;
+        all.points.extend(part.points.iter().map(|p| place(i, p)));
+        all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    all
+}
+
+fn in_a_row(i: usize, p: &Point3<f64>) -> Point3<f64> {
+    Point3::new(p.x + 4.0 * i as f64, p.y, p.z)
+}
+
+/// Turned and scaled, each in its own way, and moved away from the others.
+fn elsewhere(i: usize, p: &Point3<f64>) -> Point3<f64> {
+    let turn = nalgebra::Rotation3::from_euler_angles(0.4 + i as f64, 1.1 * i as f64, 2.0 - i as f64);
+    turn * (p * (1.0 + 0.1 * i as f64)) + nalgebra::Vector3::new(0.0, 6.0 * i as f64, -3.0)
+}
+
+/// A kit, its detector, and the marked parts about their own origins.
+fn marked_kit(count: usize, preset: Preset) -> (Detector, Vec<Soup>) {
+    let parts = kit(count);
+    let original = document(&laid(&parts, in_a_row));
+    let options = EmbedOptions { parameters: preset.parameters(), ..EmbedOptions::default() };
+    let marked = embed(&original, Secret([5; 32]), &options).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap();
+    let mut first = 0;
+    let pieces = parts.iter().enumerate().map(|(i, part)| {
+        let points = &copy.soup().points[first..first + part.points.len()];
+        first += part.points.len();
+        let about = points.iter().map(|p| Point3::new(p.x - 4.0 * i as f64, p.y, p.z));
+        Soup::new(about.collect(), part.triangles.clone())
+    });
+    (Detector::new(&original, marked.key).unwrap(), pieces.collect())
+}
+
+#[test]
+fn parts_of_a_kit_are_found_wherever_they_lie() {
+    for preset in [Preset::Robust, Preset::Faithful] {
+        let (detector, parts) = marked_kit(5, preset);
+        let all = look(&detector, &laid(&parts, elsewhere)).unwrap();
+        assert!(all.log10_p < -60.0, "{preset:?}: {}", all.log10_p);
+        assert_eq!(all.parts.iter().map(|part| part.component).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
+        assert_eq!(all.variant.look, "parts");
+        assert!(all.coverage > 0.99 && all.parts.iter().all(|part| part.coverage > 0.99 && !part.mirrored));
+        // Two of them, one mirrored, and something else beside.
+        let mut some = vec![parts[3].clone(), shapes::bust(8), parts[1].clone()];
+        some[0].points.iter_mut().for_each(|p| p.x = -p.x);
+        let half = look(&detector, &laid(&some, elsewhere)).unwrap();
+        assert!(half.detected && half.log10_p < -20.0, "{preset:?}: {}", half.log10_p);
+        let found: Vec<_> =
+            half.parts.iter().map(|part| (part.component, part.suspect_component, part.mirrored)).collect();
+        assert_eq!(found, [(1, 2, false), (3, 0, true)]);
+        // One of them alone.
+        let one = look(&detector, &laid(&parts[2..3], elsewhere)).unwrap();
+        assert!(one.detected && one.registration.is_some(), "{preset:?}: {}", one.log10_p);
+        assert_eq!(one.parts.len(), 1);
+    }
+}
+
+#[test]
+fn a_part_that_occurs_twice_is_tried_as_both() {
+    let ball = kit(1).remove(0);
+    let original = document(&laid(&[ball.clone(), ball.clone()], in_a_row));
+    let marked = embed(&original, Secret([9; 32]), &robust()).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap();
+    let second = Soup::new(copy.soup().points[ball.points.len()..].to_vec(), ball.triangles.clone());
+    let detector = Detector::new(&original, marked.key).unwrap();
+    let found = look(&detector, &laid(&[second], elsewhere)).unwrap();
+    assert!(found.detected && found.parts.len() == 1, "{}", found.log10_p);
+    assert_eq!(found.parts[0].component, 1);
+}
+
+#[test]
+fn parts_are_found_by_their_surfaces() {
+    let (detector, parts) = marked_kit(3, Preset::Robust);
+    let coarse = |part: &Soup| {
+        let attacks = parse_list("simplify:ratio=0.6").unwrap();
+        apply_all(&attacks, part, &mut ChaCha8Rng::seed_from_u64(2)).unwrap().soup
+    };
+    let coarse: Vec<Soup> = parts.iter().map(coarse).collect();
+    let found = look(&detector, &laid(&coarse, elsewhere)).unwrap();
+    assert!(found.detected && found.log10_p < -20.0, "{}", found.log10_p);
+    assert_eq!(found.parts.iter().map(|part| part.component).collect::<Vec<_>>(), [0, 1, 2]);
+}
+
+#[test]
+fn kits_that_are_not_marked_are_not_found() {
+    let (detector, _) = marked_kit(4, Preset::Robust);
+    let parts = kit(4);
+    let detection = look(&detector, &laid(&parts, elsewhere)).unwrap();
+    assert_nothing_found(&detection);
+    assert_eq!(detection.variants_counted % 128, 0);
+}
+
+fn mirrored(soup: &Soup) -> Soup {
+    let points = soup.points.iter().map(|p| Point3::new(p.x, p.y, -p.z)).collect();
+    Soup::new(points, soup.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect())
+}
+
+#[test]
+fn mirror_images_are_found_and_called_so() {
+    let original = document(&shapes::part(shapes::PART_RESOLUTION));
+    let marked = embed(&original, Secret([1; 32]), &robust()).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap().soup().clone();
+    let detector = Detector::new(&original, marked.key).unwrap();
+    for (attacks, limit) in
+        [("none", -60.0), ("simplify:ratio=0.5", -60.0), ("crop:fraction=0.333 simplify:ratio=0.8", -20.0)]
+    {
+        let attacks = parse_list(attacks).unwrap();
+        let suspect = apply_all(&attacks, &mirrored(&copy), &mut ChaCha8Rng::seed_from_u64(1)).unwrap().soup;
+        let found = look(&detector, &suspect).unwrap();
+        assert!(found.detected && found.log10_p < limit, "{attacks:?}: {}", found.log10_p);
+        assert!(found.registration.unwrap().mirrored, "{attacks:?}");
+    }
+}
+
+/// Points scattered over a surface, with noise, as a scanner leaves them.
+fn scanned(soup: &Soup, count: usize, noise: f64) -> Soup {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let side = soup.bounding_box().unwrap().largest_side();
+    let samples = sombrero::spatial::spread_samples(&soup.points, &soup.triangles, count);
+    let place = |sample: &sombrero::spatial::SurfaceSample| {
+        let p = sample.point(&soup.points, &soup.triangles).unwrap();
+        elsewhere(3, &(p + sombrero::spatial::sample_ball(&mut rng) * (noise * side)))
+    };
+    Soup::new(samples.iter().map(place).collect(), Vec::new())
+}
+
+#[test]
+fn point_clouds_are_found() {
+    let original = document(&shapes::part(shapes::PART_RESOLUTION));
+    let marked = embed(&original, Secret([1; 32]), &robust()).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap().soup().clone();
+    let detector = Detector::new(&original, marked.key).unwrap();
+    let found = look(&detector, &scanned(&copy, 20_000, 0.001)).unwrap();
+    assert!(found.detected && found.log10_p < -20.0, "{}", found.log10_p);
+    let image = look(&detector, &scanned(&mirrored(&copy), 20_000, 0.001)).unwrap();
+    assert!(image.detected && image.registration.unwrap().mirrored, "{}", image.log10_p);
+    assert_nothing_found(&look(&detector, &scanned(original.soup(), 20_000, 0.001)).unwrap());
+    // Too few points are no surface.
+    assert!(matches!(
+        look(&detector, &scanned(&copy, 50, 0.0)),
+        Err(DetectError::NoFaces { which: "suspect" })
+    ));
+}

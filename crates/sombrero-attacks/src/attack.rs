@@ -8,9 +8,12 @@ use crate::error::{AttackError, SpecError};
 use crate::ffd::FreeForm;
 use crate::isosurface::Isosurface;
 use crate::laplacian::Laplacian;
+use crate::mirror::Mirroring;
 use crate::noise::Noise;
 use crate::nothing::Nothing;
 use crate::operation::Operation;
+use crate::points::PointCloud;
+use crate::print::Print;
 use crate::projective::Projective;
 use crate::quantize::Quantization;
 use crate::remesh::Remeshing;
@@ -105,6 +108,9 @@ attacks! {
     "remesh" => Remeshing, "remesh:length=1,iterations=5", "isotropic remeshing with edges about this multiple of the mean edge length";
     "isosurface" => Isosurface, "isosurface:resolution=128", "marching cubes of the signed distance, 2 to 1024 cells along the largest side";
     "watermark" => SecondMark, "watermark:preset=paper,epsilon=0.02,coefficients=50,basis=sombrero", "a second mark with another secret; what is left out is the preset's (J)";
+    "mirror" => Mirroring, "mirror", "the mirror image, the same side out";
+    "print" => Print, "print:size=100", "printed with this largest side in millimetres and scanned, by a simulation";
+    "points" => PointCloud, "points:count=20000", "so many points of the surface, and no faces: a point cloud";
     "crop" => Crop, "crop:fraction=0.333", "the right (large x) fraction of the bounding box goes, or with `vertices` of the vertices (K)";
 }
 

@@ -15,6 +15,9 @@ pub(crate) struct Steps {
     /// The mark counts as found when the probability of a chance match is at most this.
     #[arg(long, value_name = "P", default_value_t = 1e-6, allow_negative_numbers = true, value_parser = finite)]
     threshold: f64,
+    /// CPU seconds after which the search ends with what it has; with --method robust.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    budget: f64,
 }
 
 impl Steps {
@@ -24,6 +27,7 @@ impl Steps {
             registration: self.registration.into(),
             resampling: self.resampling.into(),
             threshold: self.threshold,
+            budget: Some(self.budget),
             ..DetectOptions::default()
         }
     }
@@ -54,6 +58,12 @@ impl From<When> for sombrero::When {
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|x: &f64| x.is_finite());
     number.ok_or_else(|| format!("`{text}` is not a number to compute with"))
+}
+
+/// A number of seconds, none of them negative.
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = finite(text).ok().filter(|seconds| *seconds >= 0.0);
+    number.ok_or_else(|| format!("`{text}` is not a number of seconds"))
 }
 
 /// A number of bytes: digits, and K, M or G for powers of 1024.

@@ -137,11 +137,8 @@ mod tests {
 
     #[test]
     fn a_summary_names_what_the_command_does() {
-        let words = Words {
-            role: "suspect",
-            outcomes: [Some("found"), None, Some("not found")],
-            failed: "refused",
-        };
+        let words =
+            Words { role: "suspect", outcomes: [Some("found"), None, Some("not found")], failed: "refused" };
         let answer = Counts { done: 2, kept: 0, not_found: 1, failed: 1 }.summary(&words);
         assert_eq!(answer.text.to_string(), "4 files: 2 found, 1 not found, 1 refused");
         assert_eq!(answer.json, json!({"summary": {"files": 4, "found": 2, "not_found": 1, "refused": 1}}));

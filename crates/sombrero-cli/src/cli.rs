@@ -86,16 +86,14 @@ pub(crate) fn command() -> clap::Command {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Mark a mesh file: a copy with invisible changes, and the secret key that finds them again.
-    #[command(
-        after_help = "Example: sombrero embed vase.obj, which writes vase-marked.obj and vase.key\n\
+    #[command(after_help = "Example: sombrero embed vase.obj, which writes vase-marked.obj and vase.key\n\
         With names: sombrero embed vase.obj -o vase-marked.obj --key vase.key --owner \"A. Museum\"\n\
         A copy for each buyer: sombrero embed vase.obj --recipients buyers.csv --out-dir copies\n\
         All models of a folder and those below it: sombrero embed models --out-dir marked\n\
         Keep the original file and the keys secret, and publish the marked copies. With --out-dir, keys go to\n\
         DIR/keys, and what is there already is kept: a run that was broken off goes on where it was.\n\
         buyers.csv has a first line of names and a column `recipient`; a column `file` names the copies. Commas, semicolons\n\
-        or tabs separate columns."
-    )]
+        or tabs separate columns.")]
     Embed(embed::args::Args),
     /// Tell whether a suspect mesh carries the mark.
     #[command(

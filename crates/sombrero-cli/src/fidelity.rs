@@ -19,6 +19,8 @@ pub(crate) fn rows(fidelity: &Fidelity, unit: Option<&str>) -> Table {
         .rows("flat", (!flat.is_empty()).then(|| format!("bent {}", flat.join(", "))))
         .rows(
             "walls, gaps",
-            walls.map(|(before, after)| format!("thinnest {}, now {}", length(before, unit), length(after, unit))),
+            walls.map(|(before, after)| {
+                format!("thinnest {}, now {}", length(before, unit), length(after, unit))
+            }),
         )
 }

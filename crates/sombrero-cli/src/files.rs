@@ -223,7 +223,11 @@ const SECRET: &str = "SOMBRERO_SECRET";
 /// The secret in a file of 64 hexadecimal digits, or in the environment, if one is given.
 pub(crate) fn given_secret(path: Option<&Path>) -> Result<Option<Secret>, Failure> {
     let (text, place) = match (path, std::env::var_os(SECRET)) {
-        (Some(path), _) => (String::from_utf8_lossy(&read_small(path, 4096, "a file with 64 hexadecimal digits")?).into_owned(), path),
+        (Some(path), _) => (
+            String::from_utf8_lossy(&read_small(path, 4096, "a file with 64 hexadecimal digits")?)
+                .into_owned(),
+            path,
+        ),
         (None, Some(value)) => (value.to_string_lossy().into_owned(), Path::new(SECRET)),
         (None, None) => return Ok(None),
     };

@@ -120,7 +120,8 @@ fn usage(error: &clap::Error, json: bool) -> ExitCode {
         let paragraph: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let sentence = paragraph.join(" ");
         let sentence = sentence.trim_start_matches("error: ");
-        let cure = suggestion(error).map_or_else(|| "see --help".to_owned(), |it| format!("did you mean `{it}`?"));
+        let cure =
+            suggestion(error).map_or_else(|| "see --help".to_owned(), |it| format!("did you mean `{it}`?"));
         return Failure::new("usage", format!("{sentence}; {cure}")).report(json);
     }
     // A closed pipe is no reason to panic.

@@ -9,7 +9,7 @@
 
 use crate::square_root::{gram, squared};
 use crate::system::Solution;
-use nalgebra::{DMatrix, Dyn, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
 /// Eigenvalues of P below this share of the largest are undetermined directions.
 const RANK_TOLERANCE: f64 = 1e-10;
@@ -31,8 +31,33 @@ pub(crate) struct Answer {
 
 impl Answer {
     pub(crate) fn new(solution: &Solution) -> Self {
-        let m = solution.score.len();
-        let precision = squared(&solution.left, &solution.lengths);
+        Self::of(squared(&solution.left, &solution.lengths), &solution.score)
+    }
+
+    /// From P and P w*, in units in which the diagonal of P is 1: coefficients that are known to different accuracy are
+    /// then told alike from those that are not known.
+    pub(crate) fn in_own_units(mut precision: DMatrix<f64>, mut score: DVector<f64>) -> Self {
+        let unit = precision.diagonal().map(|p| if p > 0.0 { p.sqrt() } else { 1.0 });
+        let m = unit.len();
+        (0..m)
+            .flat_map(|j| (0..m).map(move |i| (i, j)))
+            .for_each(|(i, j)| precision[(i, j)] /= unit[i] * unit[j]);
+        score.component_div_assign(&unit);
+        let mut answer = Self::scaled(precision, &score, &unit);
+        (0..m)
+            .flat_map(|j| (0..m).map(move |i| (i, j)))
+            .for_each(|(i, j)| answer.precision[(i, j)] *= unit[i] * unit[j]);
+        answer
+    }
+
+    fn of(precision: DMatrix<f64>, score: &DVector<f64>) -> Self {
+        let unit = DVector::repeat(score.len(), 1.0);
+        Self::scaled(precision, score, &unit)
+    }
+
+    /// `precision` and `score` are in units of `unit`, as the answer's precision is; coefficients and errors are not.
+    fn scaled(precision: DMatrix<f64>, score: &DVector<f64>, unit: &DVector<f64>) -> Self {
+        let m = score.len();
         let eigen = eigen(precision.clone());
         let smallest = RANK_TOLERANCE * eigen.eigenvalues.max();
         let seen = |k: usize| eigen.eigenvalues[k] > smallest && eigen.eigenvalues[k] > 0.0;
@@ -40,13 +65,15 @@ impl Answer {
         let mut too_far = vec![false; m];
         for (k, axis) in eigen.eigenvectors.column_iter().enumerate() {
             let reciprocal = if seen(k) { 1.0 / eigen.eigenvalues[k] } else { 0.0 };
-            let along = axis.dot(&solution.score) * reciprocal;
-            too_far[k] = along.abs() > FURTHEST;
+            let along = axis.dot(score) * reciprocal;
+            // How far out w* lies along it, in units of w.
+            let length: f64 = axis.iter().zip(unit).map(|(x, unit)| (x / unit).powi(2)).sum();
+            too_far[k] = (along * length.sqrt()).abs() > FURTHEST;
             let known = seen(k) && !too_far[k];
             let (along, variance) = if known { (along, reciprocal) } else { (0.0, 0.0) };
             for (i, x) in axis.iter().enumerate() {
-                coefficients[i] += x * along;
-                errors[i] += x * x * variance;
+                coefficients[i] += x * along / unit[i];
+                errors[i] += x * x * variance / (unit[i] * unit[i]);
                 unknown[i] += if known { 0.0 } else { x * x };
             }
         }

@@ -6,6 +6,7 @@ mod extractor;
 mod fields;
 mod least_squares;
 mod nuisance;
+mod pooled;
 mod robust;
 mod square_root;
 mod surface;

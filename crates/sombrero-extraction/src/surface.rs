@@ -13,7 +13,7 @@
 //!
 //! Left out are points whose nearest point lies on a rim of the original, that face the other way, that are much
 //! further away than most (parts that the suspect has and the original has not), and by the biweight those whose
-//! residual is an outlier.
+//! residual is an outlier. A suspect most of whose points face the other way is inside out, as mirror images often are, and is turned.
 
 use crate::deformation::Deformation;
 use crate::extractor::{Estimate, EstimateError, Extractor, check};
@@ -39,6 +39,8 @@ const APPROACH: usize = 5;
 const STILL: [f64; 2] = [4e-3, 1e-3];
 /// Points further away than this many medians belong to something else.
 const FAR: f64 = 6.0;
+/// Every so many points tell whether the suspect is inside out.
+const LOOKS: usize = 8;
 /// Normals must agree to this cosine.
 const COMPATIBLE: f64 = 0.3;
 /// The least scale of residuals, in largest sides.
@@ -62,14 +64,41 @@ impl Extractor {
     ) -> Result<Estimate, EstimateError> {
         check(&suspect.points, &suspect.triangles, "suspect")?;
         let count = (SAMPLES_PER_VERTEX * self.original.points.len()).clamp(SAMPLES[0], SAMPLES[1]);
-        let all = Points::new(suspect, count);
+        self.estimate_from(suspect, Points::new(suspect, COARSE), Points::new(suspect, count), nuisance)
+    }
+
+    /// The estimate from a point cloud, given as a small triangle about each point that faces as the surface does
+    /// ([`sombrero_spatial::splats`]). It must have been brought onto the original, as a surface must.
+    ///
+    /// # Errors
+    /// As [`estimate_from_surface`](Self::estimate_from_surface).
+    pub fn estimate_from_points(&self, splats: &Soup, nuisance: Nuisance) -> Result<Estimate, EstimateError> {
+        check(&splats.points, &splats.triangles, "suspect")?;
+        self.estimate_from(
+            splats,
+            Points::of_splats(splats, COARSE),
+            Points::of_splats(splats, usize::MAX),
+            nuisance,
+        )
+    }
+
+    /// From few points and from all, of `suspect`.
+    fn estimate_from(
+        &self,
+        suspect: &Soup,
+        mut few: Points,
+        mut all: Points,
+        nuisance: Nuisance,
+    ) -> Result<Estimate, EstimateError> {
         if all.places.is_empty() {
             return Err(EstimateError::NoArea { which: "suspect" });
         }
-        let few = Points::new(suspect, COARSE);
         let simpler = || Deformation::ALL.into_iter().filter(|d| *d < nuisance.deformation);
         let [few_solves, all_solves] = [APPROACH * simpler().count() + ITERATIONS[0], ITERATIONS[1]];
         let mut fit = Fit::new(self, few_solves * few.places.len() + all_solves * all.places.len());
+        if fit.sees_inside_out(&few) {
+            [&mut few, &mut all].into_iter().for_each(Points::turn);
+        }
         for deformation in simpler() {
             // What is simple first: a bend is found from a stretch, and a stretch from a turn.
             fit.fields = self.fields(Nuisance { deformation, modes: &[] });
@@ -114,6 +143,26 @@ impl Points {
             normals: samples.iter().map(|s| normal(s.face)).collect(),
             weight: used as f64 / count as f64,
         }
+    }
+
+    /// The middles of at most so many small triangles, evenly many of all.
+    fn of_splats(splats: &Soup, most: usize) -> Self {
+        let stride = splats.triangles.len().div_ceil(most).max(1);
+        let faces = || splats.triangles.iter().step_by(stride);
+        let middle = |corners: &[u32; 3]| {
+            let sum: Vector3<f64> = corners.iter().map(|&v| splats.points[v as usize].coords).sum();
+            Point3::from(sum / 3.0)
+        };
+        Self {
+            places: faces().map(middle).collect(),
+            normals: faces().map(|corners| normal(&splats.points, *corners)).collect(),
+            weight: stride as f64,
+        }
+    }
+
+    /// Inside out.
+    fn turn(&mut self) {
+        self.normals.iter_mut().for_each(|n| *n = -*n);
     }
 }
 
@@ -163,6 +212,18 @@ impl<'a> Fit<'a> {
             reached: 0,
             progress: Progress::new("extraction", most),
         }
+    }
+
+    /// Whether more of the points face against the original than with it, where they lie nearest.
+    fn sees_inside_out(&self, points: &Points) -> bool {
+        let some: Vec<Point3<f64>> = points.places.iter().step_by(LOOKS).copied().collect();
+        let closest = self.surface.closest_many(&some);
+        let cosine = |(c, n): (&Option<Closest>, &Vector3<f64>)| {
+            let face = self.extractor.original.triangles[c.as_ref()?.face as usize];
+            Some(normal(&self.positions, face).dot(n))
+        };
+        let cosines = closest.iter().zip(points.normals.iter().step_by(LOOKS)).filter_map(cosine);
+        cosines.map(|c| f64::from(i8::from(c > COMPATIBLE) - i8::from(c < -COMPATIBLE))).sum::<f64>() < 0.0
     }
 
     /// Projects and solves until coefficients change by less than `still`; whether they did.

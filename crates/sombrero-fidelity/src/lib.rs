@@ -21,8 +21,8 @@ mod warnings;
 
 pub use change::Change;
 pub use cracks::{Cracks, MEETING, Places, cracks};
-pub use dihedral::{FLAT_EDGE, flat_dihedral};
 pub use digits::digits;
+pub use dihedral::{FLAT_EDGE, flat_dihedral};
 pub use fidelity::Fidelity;
 pub use flatness::flatness;
 pub use intersections::new_intersections;

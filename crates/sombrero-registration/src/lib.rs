@@ -3,6 +3,7 @@
 mod align;
 mod candidate;
 mod error;
+mod likeness;
 mod options;
 mod procrustes;
 mod reference;
@@ -18,6 +19,7 @@ mod verdict;
 
 pub use align::{align, refine_affine};
 pub use error::{RegistrationError, Side};
+pub use likeness::likeness;
 /// The crate whose points, similarities and affine maps stand in the signatures here.
 pub use nalgebra;
 pub use options::{IcpOptions, RegisterOptions, Starts};

@@ -102,7 +102,8 @@ fn draw_bar(image: &mut Image, map: &HeatMap, strip: usize, background: [u8; 4])
     let rows = 5 * square;
     let places = [top.saturating_sub(rows + 2 * square), (top + bottom - rows) / 2, bottom + 2 * square];
     let middle_color = colors.color(0.5);
-    let inks = [ink(background), ink([middle_color[0], middle_color[1], middle_color[2], 255]), ink(background)];
+    let inks =
+        [ink(background), ink([middle_color[0], middle_color[1], middle_color[2], 255]), ink(background)];
     for ((label, place), ink) in labels.iter().zip(places).zip(inks) {
         numerals::write(image, label, square, width - strip / 2, place, ink);
     }

@@ -71,9 +71,10 @@ impl Evidence {
     /// The command line that repeats the test, for a POSIX shell.
     pub fn command(&self) -> String {
         let Files { suspect, original, key, .. } = &self.files;
-        let DetectOptions { method, registration, resampling, threshold, seed } = self.settings;
+        let DetectOptions { method, registration, resampling, threshold, seed, budget } = self.settings;
+        let budget = budget.map(|seconds| format!(" --budget {seconds}")).unwrap_or_default();
         format!(
-            "sombrero detect {} --original {} --key {} --method {} --threshold {threshold:e} --registration {} --resampling {} --seed {seed}",
+            "sombrero detect {} --original {} --key {} --method {} --threshold {threshold:e} --registration {} --resampling {} --seed {seed}{budget}",
             quoted(&suspect.path),
             quoted(&original.path),
             quoted(&key.path),

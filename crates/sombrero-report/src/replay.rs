@@ -18,7 +18,7 @@ use crate::report::Report;
 use serde_json::Value;
 use sombrero::io::Document;
 use sombrero::watermark::Key;
-use sombrero::{Claim, Commitment, DetectError, Detection, Detector, Stages};
+use sombrero::{Claim, Commitment, DetectError, DetectOptions, Detection, Detector, Stages};
 use thiserror::Error;
 
 /// The fields that a report by itself may have and a page has not: the name of the page that was written beside it, and why
@@ -85,7 +85,11 @@ pub fn replay(
     replay.taken_over = taken_over(report, &key, key_file);
     let detector = Detector::new(original, key)?;
     let suspect = detector.suspect(suspect);
-    let mut detection = detector.detect(&suspect, &report.evidence.settings)?;
+    // What was over in time then need not be now.
+    let spent = report.figures["budget_spent"] == true;
+    let DetectOptions { budget, .. } = report.evidence.settings;
+    let settings = DetectOptions { budget: budget.filter(|_| spent), ..report.evidence.settings };
+    let mut detection = detector.detect(&suspect, &settings)?;
     complete(&mut detection, &report.figures);
     let commitment = claimed(commitment, &report.figures["claim"]);
     let Detection { detected, log10_p, .. } = detection;

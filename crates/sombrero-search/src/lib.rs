@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
 
+mod budget;
+mod by_parts;
 mod clearance;
 mod coupled;
 mod error;
@@ -11,6 +13,9 @@ mod nuisances;
 mod options;
 mod original;
 mod pairs;
+mod parts;
+mod placement;
+mod placements;
 mod poses;
 mod search;
 mod stages;
@@ -21,12 +26,13 @@ mod tally;
 mod tests;
 mod vertices;
 
+pub use by_parts::FoundPart;
 pub use error::{OriginalError, SearchError};
-pub use examiner::{Examiner, Hypothesis};
+pub use examiner::{Examiner, Hypothesis, Look};
 pub use model::Model;
 pub use options::{SearchOptions, When};
 pub use original::Original;
-pub use search::{SearchOutcome, search};
+pub use search::{Looked, SearchOutcome, search};
 pub use stages::Stages;
 pub use suspect::Suspect;
 

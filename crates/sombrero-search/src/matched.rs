@@ -1,13 +1,10 @@
 //! Which vertex is which, by the connectivity alone: for suspects that were renumbered or cropped.
 
-use crate::limits::MOST_POSES;
+use crate::limits::{MOST_POSES, TOLD_APART};
 use crate::model::Model;
 use crate::pairs::Pairs;
 use nalgebra::Point3;
 use sombrero_mesh::{Soup, VertexMatching, match_connectivity};
-
-/// Matchings are told apart by what a similarity leaves of them: by this factor, and this many largest sides.
-const TOLD_APART: (f64, f64) = (1.5, 5e-4);
 
 /// Every way to number the suspect's vertices as the original's that fits the shape, best first: for each of the
 /// original's points its place on the suspect, in the suspect's coordinates, or `None`.
@@ -19,7 +16,7 @@ pub(crate) fn matched(model: &Model, suspect: &Soup) -> Vec<Vec<Option<Point3<f6
     let places = |m: &VertexMatching| m.of_first.iter().map(|v| place(*v)).collect::<Vec<_>>();
     let fitted = matchings.found.iter().map(places).filter_map(|found| {
         let pairs = Pairs::new(original, &found);
-        Some((pairs.rms(&pairs.similarity()?), found))
+        Some((pairs.rms(&pairs.placement()?), found))
     });
     let mut fitted: Vec<_> = fitted.collect();
     fitted.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -37,10 +37,12 @@ pub struct SearchOptions {
     /// The largest probability of a chance match that still counts as found, above 0 and at most 1; the search ends when
     /// the best is far below. Default 1e-6.
     pub threshold: f64,
+    /// CPU seconds of this process after which the search ends with what it has; `None` for as long as it takes. Default `None`.
+    pub budget: Option<f64>,
 }
 
 impl Default for SearchOptions {
     fn default() -> Self {
-        Self { registration: When::Auto, resampling: When::Auto, threshold: 1e-6 }
+        Self { registration: When::Auto, resampling: When::Auto, threshold: 1e-6, budget: None }
     }
 }

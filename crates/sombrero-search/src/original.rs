@@ -3,6 +3,7 @@
 
 use crate::error::OriginalError;
 use crate::model::Model;
+use crate::parts::{Part, has_parts, parts};
 use crate::stages::Stages;
 use crate::suspect::Suspect;
 use nalgebra::Point3;
@@ -25,6 +26,7 @@ pub struct Original {
     /// Computed when the first suspect asks for them.
     extractor: OnceLock<Extractor>,
     reference: OnceLock<Reference>,
+    parts: OnceLock<Vec<Part>>,
 }
 
 impl Original {
@@ -84,6 +86,7 @@ impl Original {
             triangles: stored.triangles.clone(),
             extractor: OnceLock::new(),
             reference: OnceLock::new(),
+            parts: OnceLock::new(),
         })
     }
 
@@ -139,6 +142,20 @@ impl Original {
         }
         let made = Reference::new(&self.model.soup().points, &self.model.soup().triangles)?;
         Ok(self.reference.get_or_init(|| made))
+    }
+
+    /// Whether it has several parts.
+    pub(crate) fn has_parts(&self) -> bool {
+        has_parts(self.model.soup())
+    }
+
+    /// The parts that carry something, computed when first asked for.
+    pub(crate) fn parts(&self) -> &[Part] {
+        if let Some(made) = self.parts.get() {
+            return made;
+        }
+        let made = parts(self.model.soup(), &self.basis, self.epsilon);
+        self.parts.get_or_init(|| made)
     }
 
     /// Share of the area, 0 to 1, whose three corners were found. `found` has an entry for each of the model's points.

@@ -1,16 +1,20 @@
 //! The poses in which the suspect's surface fits the original's.
 
+use crate::budget::Budget;
 use crate::error::SearchError;
 use crate::limits::{CORRESPONDS, MOST_POSES};
 use crate::options::When;
 use crate::original::Original;
+use crate::placement::{Placement, mirror_image};
 use crate::stages::Stages;
 use nalgebra::{Affine3, Point3, Similarity3};
 use sombrero_mesh::Soup;
-use sombrero_registration::{RegisterOptions, register, register_affine};
+use sombrero_registration::{RegisterOptions, Registration, register, register_affine};
 
 /// The number of points that tell where a suspect lies.
 const ENOUGH: usize = 2000;
+/// A mirror image is looked at where its fit is not worse by more than this factor than the fit of the suspect itself.
+const MIRROR_FITS: f64 = 1.5;
 
 /// Maps from the suspect to the original, and what the user should know of them.
 pub(crate) struct Poses {
@@ -19,31 +23,84 @@ pub(crate) struct Poses {
     pub(crate) warning: Option<String>,
 }
 
+/// The similarities in which a suspect may fit; or that it has to be taken where it is, and the reason.
+pub(crate) enum Similar {
+    Found(Registration),
+    AsItIs(Option<String>),
+}
+
+impl Similar {
+    /// Whether the surfaces say that the suspect shows the original.
+    pub(crate) fn is_trusted(&self) -> bool {
+        matches!(self, Self::Found(found) if found.trusted)
+    }
+
+    /// The score up to which a pose of the mirror image fits about as well, or better.
+    pub(crate) fn limit_of_mirror_image(&self) -> f64 {
+        match self {
+            Self::Found(found) if found.trusted => MIRROR_FITS * found.best.score,
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+/// The similarities that the surfaces cannot tell from the best.
+pub(crate) fn similar(
+    original: &Original,
+    suspect: &Soup,
+    registration: When,
+    seconds: &mut Stages,
+) -> Result<Similar, SearchError> {
+    if registration == When::Never {
+        return Ok(Similar::AsItIs(None));
+    }
+    let found = seconds.time("registration", || {
+        register(original.reference()?, &suspect.points, &suspect.triangles, &RegisterOptions::default())
+    });
+    match found {
+        Ok(found) => Ok(Similar::Found(found)),
+        Err(error) if registration == When::Always => Err(error.into()),
+        Err(error) => Ok(Similar::AsItIs(Some(format!(
+            "The suspect was taken where it is: it cannot be registered: {error}."
+        )))),
+    }
+}
+
+/// The poses of the suspect's mirror image, where they can be trusted and their score is not above `limit`.
+pub(crate) fn mirrored(
+    original: &Original,
+    suspect: &Soup,
+    limit: f64,
+    seconds: &mut Stages,
+) -> Vec<Affine3<f64>> {
+    let image = mirror_image(suspect);
+    let found = seconds.time("mirror image", || {
+        register(original.reference()?, &image.points, &image.triangles, &RegisterOptions::default())
+    });
+    let Ok(found) = found else { return Vec::new() };
+    if !found.trusted || found.best.score > limit {
+        return Vec::new();
+    }
+    let map = |similarity| Placement { similarity, mirrored: true }.map();
+    found.poses().map(|pose| map(pose.reference_from_suspect)).take(MOST_POSES).collect()
+}
+
 /// Every pose that the surfaces cannot tell from the best: similarities, or affine maps where no similarity fits.
 pub(crate) fn poses(
     original: &Original,
     suspect: &Soup,
     registration: When,
+    similar: Similar,
+    budget: Budget,
     seconds: &mut Stages,
 ) -> Result<Poses, SearchError> {
-    let as_it_is = |warning| Poses { found: vec![Affine3::identity()], warning };
-    if registration == When::Never {
-        return Ok(as_it_is(None));
-    }
-    let options = RegisterOptions::default();
-    let similar = seconds.time("registration", || {
-        register(original.reference()?, &suspect.points, &suspect.triangles, &options)
-    });
     let similar = match similar {
-        Ok(found) => found,
-        Err(error) if registration == When::Always => return Err(error.into()),
-        Err(error) => {
-            let warning = format!("The suspect was taken where it is: it cannot be registered: {error}.");
-            return Ok(as_it_is(Some(warning)));
-        }
+        Similar::Found(found) => found,
+        Similar::AsItIs(warning) => return Ok(Poses { found: vec![Affine3::identity()], warning }),
     };
+    let options = RegisterOptions::default();
     let mut warning = None;
-    if !similar.trusted {
+    if !similar.trusted && !budget.is_spent() {
         let stretched = seconds.time("registration", || {
             register_affine(original.reference()?, &suspect.points, &suspect.triangles, &options)
         });
@@ -54,6 +111,8 @@ pub(crate) fn poses(
             let found = poses.take(MOST_POSES).collect();
             return Ok(Poses { found, warning });
         }
+    }
+    if !similar.trusted {
         warning = Some(
             "The suspect fits the original badly in every pose that was tried; it may be another shape."
                 .to_owned(),

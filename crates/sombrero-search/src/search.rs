@@ -1,31 +1,60 @@
-//! The routes, in order: vertices first, which are quick and exact, surfaces when those do not settle it.
+//! The looks at a suspect, and the routes of each, in order: vertices first, which are quick and exact, surfaces when those do
+//! not settle it; the whole, its mirror image, its parts.
+//!
+//! What there is to look at, the shapes decide alone. Where the vertices of parts say that each was moved by itself, that is
+//! looked at first; a mirror image, where it fits and the suspect itself does not. Else they come when the usual look found nothing.
 
-use crate::examiner::Examiner;
+use crate::budget::Budget;
+use crate::by_parts::{FoundPart, by_parts};
+use crate::error::SearchError;
+use crate::examiner::{Examiner, Look};
 use crate::matched::matched;
 use crate::options::{SearchOptions, When};
 use crate::original::Original;
-use crate::poses::poses;
+use crate::parts::{Component, are_alike, components};
+use crate::placements::{self, Found};
+use crate::poses::{mirrored, poses, similar};
 use crate::stages::Stages;
 use crate::surfaces::by_surfaces;
 use crate::suspect::Suspect;
 use crate::tally::Tally;
-use crate::vertices::by_vertices;
+use crate::vertices::{Correspondence, by_vertices};
+use sombrero_mesh::Soup;
+
+/// Correspondences that are further off than this, in largest sides, are those of other parts where each part has its own.
+const HOPELESS: f64 = 0.1;
 
 /// A search that is over.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct SearchOutcome<E> {
-    /// Who was shown every estimate.
-    pub examiner: E,
-    /// The number of tests that the best p is to be corrected for: those made, and those left out because one was certain.
-    pub counted: usize,
+    /// What the suspect was taken for, in order: one at least. The smallest corrected p of all looks is the answer.
+    pub looks: Vec<Looked<E>>,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the user should know, in sentences.
     pub warnings: Vec<String>,
+    /// Whether [`SearchOptions::budget`] ran out before all was looked at.
+    pub budget_spent: bool,
 }
 
-/// Shows the examiner an estimate for every hypothesis that the shapes permit, until one is certain.
+/// One look that is over.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Looked<E> {
+    /// What the suspect was taken for.
+    pub look: Look,
+    /// Who was shown every estimate.
+    pub examiner: E,
+    /// The number of tests that the best p of this look is to be corrected for: those made, those left out because one was
+    /// certain, and what other looks that might follow cost.
+    pub counted: usize,
+    /// Where parts were found that were placed one by one.
+    pub parts: Vec<FoundPart>,
+}
+
+/// Shows the examiner an estimate for every hypothesis that the shapes permit, until one is certain. `examiner` has seen
+/// nothing; each look gets a clone.
 ///
 /// # Errors
 /// [`SearchError`](crate::SearchError) when no hypothesis can be examined or a step that was insisted on cannot be taken; and
@@ -36,24 +65,194 @@ pub fn search<E: Examiner>(
     options: &SearchOptions,
     examiner: E,
 ) -> Result<SearchOutcome<E>, E::Error> {
-    let mut tally = Tally::new(options, examiner);
-    if options.resampling != When::Always {
-        let correspondences = match &suspect.correspondence {
-            Some(stored) => vec![stored.clone()],
-            None => tally.seconds.time("matching", || matched(original.model(), &suspect.soup)),
-        };
-        by_vertices(original, correspondences, &mut tally)?;
+    let done = SearchOutcome {
+        looks: Vec::new(),
+        seconds: Stages::default(),
+        warnings: Vec::new(),
+        budget_spent: false,
+    };
+    let budget = Budget::new(options.budget);
+    let mut search = Search { original, suspect, options, budget, examiner, done };
+    search.all()?;
+    let done = search.done;
+    if !done.looks.is_empty() {
+        Ok(done)
+    } else if done.warnings.is_empty() {
+        Err(SearchError::NeedsResampling.into())
+    } else {
+        Err(SearchError::NothingWorked { reasons: done.warnings.join(" ") }.into())
     }
-    if tally.is_open() {
-        let poses = poses(original, &suspect.soup, options.registration, &mut tally.seconds)?;
-        tally.warnings.extend(poses.warning);
-        by_surfaces(original, &suspect.soup, &poses.found, &mut tally)?;
+}
+
+struct Search<'a, E> {
+    original: &'a Original,
+    suspect: &'a Suspect,
+    options: &'a SearchOptions,
+    budget: Budget,
+    examiner: E,
+    /// Those that are over.
+    done: SearchOutcome<E>,
+}
+
+impl<'a, E: Examiner> Search<'a, E> {
+    fn all(&mut self) -> Result<(), E::Error> {
+        let mut whole = self.tally(Look::Whole);
+        let certain = self.first(&mut whole)?;
+        if !certain && whole.is_open() && !(self.is_spent() && !self.done.looks.is_empty()) {
+            self.by_surfaces(&mut whole)?;
+        }
+        self.close(whole, Vec::new());
+        Ok(())
     }
-    let tally = tally.finish()?;
-    Ok(SearchOutcome {
-        counted: tally.counted(),
-        examiner: tally.examiner,
-        seconds: tally.seconds,
-        warnings: tally.warnings,
-    })
+
+    /// Whether the time is over; noted where it is.
+    fn is_spent(&mut self) -> bool {
+        self.done.budget_spent |= self.budget.is_spent();
+        self.done.budget_spent
+    }
+
+    /// Vertices, and those of parts. Whether one that is not the whole is certain.
+    fn first(&mut self, whole: &mut Tally<'a, E>) -> Result<bool, E::Error> {
+        if self.options.resampling == When::Always {
+            return Ok(false);
+        }
+        if self.suspect.cloud {
+            // Points have no connectivity that could be matched.
+            whole.take(0);
+            return Ok(false);
+        }
+        let mut correspondences = self.correspondences(whole);
+        let fits = correspondences.iter().any(Correspondence::fits);
+        if fits && self.suspect.correspondence.is_some() {
+            whole.close_all();
+        }
+        if !fits && whole.is_shared() {
+            let components = self.components();
+            let parts = if components.is_empty() { &[] } else { self.original.parts() };
+            let found = whole.seconds.time("matching", || placements::by_vertices(parts, &components));
+            if !found.is_empty() {
+                if self.look_at_parts(found)? {
+                    return Ok(true);
+                }
+                // One connectivity for all parts misleads the whole.
+                correspondences.retain(|correspondence| correspondence.is_within(HOPELESS));
+            }
+        }
+        by_vertices(self.original, correspondences, whole)?;
+        let numbered = self.suspect.correspondence.is_none();
+        if numbered && whole.is_shared() && !whole.is_found() {
+            return self.look_at_vertices_in_mirror();
+        }
+        Ok(false)
+    }
+
+    /// All that are stored or that the connectivity permits.
+    fn correspondences(&self, whole: &mut Tally<'a, E>) -> Vec<Correspondence> {
+        let (original, registers) = (self.original, whole.registers());
+        if let Some(stored) = &self.suspect.correspondence {
+            return vec![Correspondence::new(original, stored.clone(), registers)];
+        }
+        let found = whole.seconds.time("matching", || matched(original.model(), &self.suspect.soup));
+        let all = found.into_iter().map(|found| Correspondence::new(original, found, registers));
+        if original.has_parts()
+            && are_alike(&components(original.model().soup()), &components(&self.suspect.soup))
+        {
+            return all.map(Correspondence::doubted).collect();
+        }
+        all.collect()
+    }
+
+    /// Looks at numberings of the faces turned round, which a connectivity that is its own mirror image hides, where they fit.
+    fn look_at_vertices_in_mirror(&mut self) -> Result<bool, E::Error> {
+        if self.is_spent() {
+            return Ok(false);
+        }
+        let mut tally = self.tally(Look::Mirrored);
+        let triangles = self.suspect.soup.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+        let turned = Soup::new(self.suspect.soup.points.clone(), triangles);
+        let found = tally.seconds.time("matching", || matched(self.original.model(), &turned));
+        let all = found.into_iter().map(|found| Correspondence::new(self.original, found, true));
+        let mirrored: Vec<_> = all.filter(|found| found.fits() && found.is_mirrored()).collect();
+        by_vertices(self.original, mirrored, &mut tally)?;
+        Ok(self.close(tally, Vec::new()))
+    }
+
+    fn by_surfaces(&mut self, whole: &mut Tally<'a, E>) -> Result<(), E::Error> {
+        let (original, suspect) = (self.original, &self.suspect.soup);
+        let upright = similar(original, suspect, self.options.registration, &mut whole.seconds)?;
+        let (trusted, limit) = (upright.is_trusted(), upright.limit_of_mirror_image());
+        if whole.is_shared()
+            && !trusted
+            && (self.look_in_mirror(limit)? || self.look_at_surfaces_of_parts()?)
+        {
+            return Ok(());
+        }
+        let poses =
+            poses(original, suspect, self.options.registration, upright, self.budget, &mut whole.seconds)?;
+        whole.warnings.extend(poses.warning);
+        by_surfaces(original, self.suspect, &poses.found, whole)?;
+        if whole.is_shared() && trusted && !whole.is_found() {
+            self.look_in_mirror(limit)?;
+        }
+        Ok(())
+    }
+
+    /// Looks at the mirror image where its fit is not worse than `limit`. Whether the mark is certain.
+    fn look_in_mirror(&mut self, limit: f64) -> Result<bool, E::Error> {
+        if self.is_spent() {
+            return Ok(false);
+        }
+        let mut tally = self.tally(Look::Mirrored);
+        let suspect = &self.suspect.soup;
+        let poses = mirrored(self.original, suspect, limit, &mut tally.seconds);
+        by_surfaces(self.original, self.suspect, &poses, &mut tally)?;
+        Ok(self.close(tally, Vec::new()))
+    }
+
+    /// Looks at components whose surfaces fit parts, unless their vertices did.
+    fn look_at_surfaces_of_parts(&mut self) -> Result<bool, E::Error> {
+        if self.is_spent()
+            || self.options.resampling == When::Never
+            || self.done.looks.iter().any(|done| done.look == Look::Parts)
+        {
+            return Ok(false);
+        }
+        let components = self.components();
+        let parts = if components.is_empty() { &[] } else { self.original.parts() };
+        let seconds = &mut self.done.seconds;
+        let found = seconds.time("registration", || placements::by_surfaces(parts, &components));
+        if found.is_empty() { Ok(false) } else { self.look_at_parts(found) }
+    }
+
+    fn look_at_parts(&mut self, found: Vec<Found<'_>>) -> Result<bool, E::Error> {
+        let mut tally = self.tally(Look::Parts);
+        let parts = by_parts(self.original, found, &mut tally)?;
+        Ok(self.close(tally, parts))
+    }
+
+    /// The components of the suspect, where it or the original has several.
+    fn components(&self) -> Vec<Component> {
+        if self.suspect.cloud {
+            return Vec::new();
+        }
+        let components = components(&self.suspect.soup);
+        if components.len() > 1 || self.original.has_parts() { components } else { Vec::new() }
+    }
+
+    fn tally(&self, look: Look) -> Tally<'a, E> {
+        Tally::new(self.options, self.budget, look, self.examiner.clone())
+    }
+
+    /// Ends a look. Whether it is certain.
+    fn close(&mut self, mut tally: Tally<'a, E>, parts: Vec<FoundPart>) -> bool {
+        tally.finish();
+        let (certain, counted, look) = (tally.is_certain(), tally.counted(), tally.look());
+        self.done.budget_spent |= !certain && self.budget.is_spent();
+        self.done.seconds.add(tally.seconds);
+        self.done.warnings.extend(tally.warnings);
+        if tally.examiner.best().is_some() {
+            self.done.looks.push(Looked { look, examiner: tally.examiner, counted, parts });
+        }
+        certain
+    }
 }

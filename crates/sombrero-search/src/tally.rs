@@ -1,7 +1,17 @@
-//! The account of a search under way: the hypotheses that p is corrected for, and whether one is certain.
+//! The account of one look at a suspect: the hypotheses that p is corrected for, and whether one is certain.
+//!
+//! A suspect is looked at as a whole, and where that does not settle it as a mirror image, and part by part. Whether it gets so
+//! far depends on w, so each look pays for itself, whether others follow or not. Look i has a share s_i of the chance to find
+//! something where nothing is, and counts its k_i tests as k_i / s_i:
+//!
+//! ```text
+//! Pr[min_i p_i k_i / s_i ≤ x] ≤ Σ_i k_i · (x s_i / k_i) = x,    Σ_i s_i = 1
+//! ```
+//!
+//! The usual look has nearly all: others cost it 0.007 of log10 p. Where the shape alone says that there are no others it has all.
 
-use crate::error::SearchError;
-use crate::examiner::{Examiner, Hypothesis};
+use crate::budget::Budget;
+use crate::examiner::{Examiner, Hypothesis, Look};
 use crate::limits::MOST_POSES;
 use crate::nuisances::NUISANCES;
 use crate::options::{SearchOptions, When};
@@ -12,12 +22,21 @@ use sombrero_stats::best_of;
 /// The orders of magnitude that the best p must be below the threshold for the search to end early.
 const MARGIN: f64 = 54.0;
 
-/// One search under way.
+/// Each other look has one of so many shares, the usual one has the rest.
+const SHARES: usize = 128;
+/// Looks beside the usual one.
+const OTHERS: usize = 2;
+
+/// One look under way.
 pub(crate) struct Tally<'a, E> {
     pub(crate) options: &'a SearchOptions,
+    budget: Budget,
     pub(crate) examiner: E,
     pub(crate) seconds: Stages,
     pub(crate) warnings: Vec<String>,
+    look: Look,
+    /// Whether the shape may let others follow.
+    shared: bool,
     /// Routes taken so far.
     routes: usize,
     /// Routes that may yet be taken, at most.
@@ -25,14 +44,34 @@ pub(crate) struct Tally<'a, E> {
 }
 
 impl<'a, E: Examiner> Tally<'a, E> {
-    pub(crate) fn new(options: &'a SearchOptions, examiner: E) -> Self {
-        let possible = if options.resampling == When::Auto { 2 * MOST_POSES } else { MOST_POSES };
-        Self { options, examiner, seconds: Stages::default(), warnings: Vec::new(), routes: 0, possible }
+    pub(crate) fn new(options: &'a SearchOptions, budget: Budget, look: Look, examiner: E) -> Self {
+        let possible = match look {
+            Look::Whole if options.resampling == When::Auto => 2 * MOST_POSES,
+            _ => MOST_POSES,
+        };
+        Self {
+            options,
+            budget,
+            examiner,
+            seconds: Stages::default(),
+            warnings: Vec::new(),
+            look,
+            // A suspect that must not be moved is looked at as it is.
+            shared: options.registration != When::Never,
+            routes: 0,
+            possible,
+        }
     }
 
     /// Counts the routes of one kind, of which there might have been [`MOST_POSES`].
     pub(crate) fn take(&mut self, routes: usize) {
-        self.possible -= MOST_POSES;
+        self.possible = self.possible.saturating_sub(MOST_POSES);
+        self.routes += routes;
+    }
+
+    /// Counts all routes that there are.
+    pub(crate) fn take_all(&mut self, routes: usize) {
+        self.possible = 0;
         self.routes += routes;
     }
 
@@ -41,9 +80,20 @@ impl<'a, E: Examiner> Tally<'a, E> {
         self.possible = 0;
     }
 
+    /// Says that there will be no other look. Only the shapes may be the reason.
+    pub(crate) fn close_all(&mut self) {
+        self.close();
+        self.shared = false;
+    }
+
     /// Whether other routes may and need be taken.
     pub(crate) fn is_open(&self) -> bool {
-        self.possible > 0 && !self.is_certain()
+        self.possible > 0 && !self.is_over()
+    }
+
+    /// Whether another look may follow.
+    pub(crate) fn is_shared(&self) -> bool {
+        self.shared
     }
 
     /// Whether the suspect may be moved.
@@ -51,32 +101,50 @@ impl<'a, E: Examiner> Tally<'a, E> {
         self.options.registration != When::Never
     }
 
+    pub(crate) fn look(&self) -> Look {
+        self.look
+    }
+
     pub(crate) fn show(&mut self, hypothesis: &Hypothesis, estimate: &Estimate) -> Result<(), E::Error> {
         self.examiner.examine(hypothesis, estimate, &mut self.seconds)
     }
 
-    /// All tests that p is corrected for: of the routes taken, and as long as others may come, of those too.
+    /// All tests that p is corrected for: of the routes taken, and as long as others may come, of those too; and more of them
+    /// where looks share.
     pub(crate) fn counted(&self) -> usize {
-        (self.routes + self.possible) * NUISANCES.len() * E::TESTS * self.examiner.watermarks()
+        let each = NUISANCES.len() * E::TESTS * self.examiner.watermarks();
+        let tests = (self.routes + self.possible).saturating_mul(each);
+        match self.look {
+            _ if !self.shared => tests,
+            Look::Whole => tests.saturating_mul(SHARES).div_ceil(SHARES - OTHERS),
+            Look::Mirrored | Look::Parts => tests.saturating_mul(SHARES),
+        }
+    }
+
+    /// The decimal logarithm of the best p so far, corrected; 0 before there is one.
+    pub(crate) fn log10_p(&self) -> f64 {
+        self.examiner.best().map_or(0.0, |best| best_of(best, self.counted()).log10())
     }
 
     /// Whether the best p so far stays found by a wide margin whatever the others would give.
     pub(crate) fn is_certain(&self) -> bool {
-        let limit = self.options.threshold.log10() - MARGIN;
-        self.examiner.best().is_some_and(|best| best_of(best, self.counted()).log10() <= limit)
+        self.log10_p() <= self.options.threshold.log10() - MARGIN
     }
 
-    /// Closes the account. Routes that were left out because one is certain stay counted.
-    pub(crate) fn finish(mut self) -> Result<Self, SearchError> {
-        if !self.is_certain() {
-            self.close();
-        }
-        if self.examiner.best().is_some() {
-            Ok(self)
-        } else if self.warnings.is_empty() {
-            Err(SearchError::NeedsResampling)
-        } else {
-            Err(SearchError::NothingWorked { reasons: self.warnings.join(" ") })
+    /// Whether no more need or may be examined. The first estimate is made whatever it takes.
+    pub(crate) fn is_over(&self) -> bool {
+        self.is_certain() || (self.examiner.best().is_some() && self.budget.is_spent())
+    }
+
+    /// Whether the best p so far counts as found.
+    pub(crate) fn is_found(&self) -> bool {
+        self.log10_p() <= self.options.threshold.log10()
+    }
+
+    /// Ends the look. Routes that were left out because one is certain, or the time was over, stay counted.
+    pub(crate) fn finish(&mut self) {
+        if !self.is_over() {
+            self.possible = 0;
         }
     }
 }

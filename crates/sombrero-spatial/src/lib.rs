@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod ball;
+mod cloud;
 mod limits;
 mod line;
 mod morton;
@@ -19,6 +20,7 @@ pub mod distance;
 pub mod robust;
 
 pub use ball::sample_ball;
+pub use cloud::splats;
 pub use distance::{DistanceOptions, Distances, OneSided, compare};
 pub use line::{Crossing, Line};
 /// The crate whose points stand in the signatures here.

@@ -62,7 +62,7 @@ impl NearestVertex {
 }
 
 /// Usable points, one a position.
-fn first_of_each_position(points: &[Point3<f64>]) -> Vec<u32> {
+pub(crate) fn first_of_each_position(points: &[Point3<f64>]) -> Vec<u32> {
     // Adding zero makes -0 and 0 the same.
     let key = |i: u32| points[i as usize].coords.map(|x| (x + 0.0).to_bits()).data.0[0];
     let mut keyed: Vec<([u64; 3], u32)> =

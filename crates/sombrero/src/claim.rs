@@ -34,10 +34,11 @@ const SETTINGS: f64 = 2.0 * 3.0 * 3.0;
 ///
 /// Whoever leaves the defaults may have looked with all settings, and so may whoever comes with the defaults. They take a
 /// half, and the others share the other half. p over its part bounds the chance then whichever are chosen (the union
-/// bound). A seed of one's own is one of so many that nothing is left for it. The threshold takes no part: it may end a
+/// bound). A seed of one's own is one of so many that nothing is left for it. Threshold and budget take no part: they may end a
 /// search early, never with a smaller p than the whole search has.
 pub fn settings_weight(options: &DetectOptions) -> f64 {
-    let usual = DetectOptions { threshold: options.threshold, ..DetectOptions::default() };
+    let DetectOptions { threshold, budget, .. } = *options;
+    let usual = DetectOptions { threshold, budget, ..DetectOptions::default() };
     if *options == usual {
         0.5
     } else if options.seed == usual.seed {

@@ -13,7 +13,7 @@ pub use attack::{AttackFileError, AttackedFile, attack};
 pub use claim::{CONVINCING, Claim, Commitment, Convinces, KEYS, SUSPECTS, TIMESTAMPS, settings_weight};
 pub use compare::{CompareError, Comparison, compare};
 pub use detect::{
-    Alignment, DetectError, DetectOptions, Detection, Detector, Measured, Method, Variant, detect,
+    Alignment, DetectError, DetectOptions, Detection, Detector, Measured, Method, Part, Variant, detect,
 };
 pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Embedder, Marked, embed};
 pub use info::{Corners, Info, info};

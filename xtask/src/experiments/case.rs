@@ -128,7 +128,7 @@ impl Marked {
     pub(crate) fn look(&self, attacked: Attacked, corresponds: bool, options: &DetectOptions) -> f64 {
         let same = attacked.soup.triangles == self.copy.triangles;
         let correspondence = (corresponds || same).then(|| attacked.correspondence(self.copy.points.len()));
-        let suspect = Suspect { soup: attacked.soup, correspondence };
+        let suspect = Suspect { soup: attacked.soup, correspondence, cloud: false };
         self.detector.detect(&suspect, options).map_or(0.0, |detection| detection.log10_p)
     }
 }

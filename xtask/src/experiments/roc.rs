@@ -116,7 +116,7 @@ fn trial(case: &Case, method: Method, amplitude: f64, stream: u64) -> anyhow::Re
     let Marked { detector, copy } = case.marked(random_secret(&mut rng))?;
     let attacked = Noise { amplitude }.apply(&copy, &mut rng)?;
     let correspondence = Some(attacked.correspondence(copy.points.len()));
-    let suspect = Suspect { soup: attacked.soup, correspondence };
+    let suspect = Suspect { soup: attacked.soup, correspondence, cloud: false };
     let usual = DetectOptions { method: method.into(), ..DetectOptions::default() };
     // The paper looked once, at the vertices where they are.
     let options = match method {

@@ -29,12 +29,17 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let unit = a.unit().filter(|unit| b.unit() == Some(unit));
     let length = |x| length(x, unit);
     let text = Table::new(format!("{} and {}", args.a.display(), args.b.display()))
-        .row("Hausdorff", format!("{} ({:.6} of the largest side)", length(c.hausdorff), c.relative_hausdorff))
+        .row(
+            "Hausdorff",
+            format!("{} ({:.6} of the largest side)", length(c.hausdorff), c.relative_hausdorff),
+        )
         .row("rms", format!("{} ({:.6})", length(c.rms), c.relative_rms))
         .row("mean", length(c.mean))
         .rows(
             "vertices",
-            moved.map(|(rms, max)| format!("moved by {} rms, {} max (same connectivity)", length(rms), length(max))),
+            moved.map(|(rms, max)| {
+                format!("moved by {} rms, {} max (same connectivity)", length(rms), length(max))
+            }),
         )
         .and(c.fidelity.as_ref().map_or_else(Table::default, |f| fidelity::rows(f, unit)));
     Answer::new(text, &c)

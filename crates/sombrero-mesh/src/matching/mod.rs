@@ -7,11 +7,14 @@
 
 mod connectivity;
 mod flood;
+mod isomorphism;
 mod signature;
 
 use connectivity::{Connectivity, NONE, turned};
 use flood::{Assignment, Placement};
 use signature::{Level, Lookalikes};
+
+pub use isomorphism::isomorphisms;
 
 /// Most matchings that are returned.
 const MAX_MATCHINGS: usize = 8;

@@ -4,7 +4,7 @@ use super::motion;
 use super::viewer::THREE_VERSION;
 use super::words::{decimal, p_value, pair, percent};
 use maud::{Markup, html};
-use sombrero::{Alignment, Detection, Method, Variant};
+use sombrero::{Alignment, Detection, Method, Part, Variant};
 
 /// `side` is the largest side of the original, `program` the name of the one that made the detection.
 pub(super) fn section(detection: &Detection, side: f64, program: &str) -> Markup {
@@ -15,7 +15,8 @@ pub(super) fn section(detection: &Detection, side: f64, program: &str) -> Markup
             h3 { "What was tried" }
             (variants(detection))
             h3 { "How the suspect was moved" }
-            (alignment(detection.registration.as_ref(), side))
+            @if detection.parts.is_empty() { (alignment(detection.registration.as_ref(), side)) }
+            @else { (parts(&detection.parts, side)) }
             h3 { "How long it took" }
             (timings(detection))
         }
@@ -72,7 +73,10 @@ fn variant_row(method: Method, variant: &Variant, winner: Variant) -> Markup {
     html! {
         tr class=[counts.then_some("winner")] {
             td { (word(variant.registration)) }
-            td { (compared(method, variant.resampling)) }
+            td {
+                (compared(method, variant.resampling))
+                @match variant.look { "mirrored" => ", mirrored", "parts" => ", part by part", _ => {} }
+            }
             td { (variant.nuisance) }
             td { (variant.test) }
             td.number { (p_value(variant.log10_p)) }
@@ -88,6 +92,7 @@ fn alignment(alignment: Option<&Alignment>, side: f64) -> Markup {
     };
     html! {
         p {
+            @if alignment.is_some_and(|alignment| alignment.mirrored) { "The suspect is a mirror image. " }
             "The suspect was moved onto the original" @if let Some(words) = motion::in_words(matrix, side) { ": " (words) }
             ". The two are then " (percent(rms / side)) " of the largest side apart (root mean square), and "
             (percent(*overlap)) " of the original’s surface has a counterpart on the suspect."
@@ -95,6 +100,40 @@ fn alignment(alignment: Option<&Alignment>, side: f64) -> Markup {
         p { "This matrix moves it, points taken as columns:" }
         div.scroll tabindex="0" role="region" aria-label="The matrix" {
             table.matrix { tbody { @for row in matrix { tr { @for value in row { td.number { (decimal(*value, 6)) } } } } } }
+        }
+    }
+}
+
+/// Each part where it was found.
+fn parts(parts: &[Part], side: f64) -> Markup {
+    html! {
+        p {
+            "The suspect's parts were moved one by one, each onto the part of the original that it fits. What they say was "
+            "summed up, and every way to place them counts. Parts are numbered from 0, in the order of the files."
+        }
+        div.scroll tabindex="0" role="region" aria-label="The parts" {
+            table {
+                thead {
+                    tr {
+                        th.number scope="col" { "Part" }
+                        th.number scope="col" { "Found in" }
+                        th.number scope="col" { "p by itself" }
+                        th.number scope="col" { "Coverage" }
+                        th scope="col" { "Moved" }
+                    }
+                }
+                tbody {
+                    @for part in parts {
+                        tr {
+                            td.number { (part.component) }
+                            td.number { (part.suspect_component) }
+                            td.number { (p_value(part.log10_p)) }
+                            td.number { (percent(part.coverage)) }
+                            td { (motion::in_words(&part.matrix, side).unwrap_or_default()) }
+                        }
+                    }
+                }
+            }
         }
     }
 }

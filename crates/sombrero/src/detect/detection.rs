@@ -5,8 +5,8 @@ use nalgebra::{Affine3, DMatrix, Matrix4, Point3};
 use serde::{Serialize, Serializer};
 use sombrero_extraction::Estimate;
 use sombrero_registration::Registration;
-use sombrero_search::Stages;
-use sombrero_stats::Statistic;
+use sombrero_search::{FoundPart, Stages};
+use sombrero_stats::{Statistic, best_of};
 
 /// The answer of a detection: what was found of one mark in one suspect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,6 +37,8 @@ pub struct Detection {
     pub variants_counted: usize,
     /// The map that brought the suspect onto the original; `None` when it was taken as it is.
     pub registration: Option<Alignment>,
+    /// Where parts were found that were placed one by one; empty where one map places all.
+    pub parts: Vec<Part>,
     /// The extracted coefficients of the winning variant. For a marked copy they are nearly the secret w:
     /// keep them as carefully as the key.
     pub extracted: Vec<Option<f64>>,
@@ -48,6 +50,8 @@ pub struct Detection {
     /// where it is missing.
     #[serde(skip)]
     pub found: Vec<Option<Point3<f64>>>,
+    /// Whether the budget ran out before all was looked at.
+    pub budget_spent: bool,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the user should know, in sentences.
@@ -69,6 +73,9 @@ pub struct Measured {
 pub struct Variant {
     /// Whether the suspect was aligned.
     pub registration: bool,
+    /// What the suspect was taken for: the "whole" original or a piece of it, its "mirrored" image, or its "parts", each
+    /// placed by itself.
+    pub look: &'static str,
     /// Whether it was resampled; with the robust method, whether surfaces were compared instead of vertices.
     pub resampling: bool,
     /// The name of what was solved for beside the coefficients.
@@ -95,6 +102,8 @@ fn name<S: Serializer>(statistic: &Statistic, serializer: S) -> Result<S::Ok, S:
 pub struct Alignment {
     /// Suspect to original, 4 × 4, row by row.
     pub matrix: [[f64; 4]; 4],
+    /// Whether it makes a mirror image.
+    pub mirrored: bool,
     /// Root mean square distance after it, in model units.
     pub rms: f64,
     /// Share of the original's area that has a counterpart in the suspect.
@@ -110,6 +119,7 @@ impl Alignment {
     pub(crate) fn of_estimate(pose: &Affine3<f64>, estimate: &Estimate, overlap: f64) -> Self {
         Self {
             matrix: rows(&pose.to_homogeneous()),
+            mirrored: is_mirrored(pose),
             rms: estimate.residual_rms,
             overlap,
             iterations: estimate.iterations,
@@ -122,7 +132,44 @@ impl Alignment {
         let Registration { best, iterations, converged, .. } = registration;
         let (iterations, converged) = (*iterations, *converged);
         let matrix = rows(&best.reference_from_suspect.to_homogeneous());
-        Self { matrix, rms: best.rms, overlap: best.overlap, iterations, converged }
+        Self { matrix, mirrored: false, rms: best.rms, overlap: best.overlap, iterations, converged }
+    }
+}
+
+/// Whether a map turns right into left.
+fn is_mirrored(pose: &Affine3<f64>) -> bool {
+    pose.matrix().fixed_view::<3, 3>(0, 0).determinant() < 0.0
+}
+
+/// A part of the original that was placed by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Part {
+    /// Which part of the original, by the order in which the file has their first points.
+    pub component: usize,
+    /// Which part of the suspect it was found in, by the same order there.
+    pub suspect_component: usize,
+    /// log10 p of this part alone, corrected as that of all together.
+    pub log10_p: f64,
+    /// Share of the part's area that was found, 0 to 1.
+    pub coverage: f64,
+    /// Suspect to original, 4 × 4, row by row.
+    pub matrix: [[f64; 4]; 4],
+    /// Whether it makes a mirror image.
+    pub mirrored: bool,
+}
+
+impl Part {
+    /// `counted` is the number of tests that p is corrected for.
+    pub(super) fn new(found: &FoundPart, counted: usize) -> Self {
+        Self {
+            component: found.part,
+            suspect_component: found.component,
+            log10_p: best_of(found.p, counted).log10(),
+            coverage: found.coverage,
+            matrix: rows(&found.pose.to_homogeneous()),
+            mirrored: is_mirrored(&found.pose),
+        }
     }
 }
 

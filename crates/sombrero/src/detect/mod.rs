@@ -8,7 +8,7 @@ mod paper;
 pub(crate) mod robust;
 
 pub(crate) use detection::positions;
-pub use detection::{Alignment, Detection, Measured, Variant};
+pub use detection::{Alignment, Detection, Measured, Part, Variant};
 pub use detector::Detector;
 pub use error::DetectError;
 pub use options::{DetectOptions, Method};

@@ -41,6 +41,10 @@ pub struct DetectOptions {
     /// Seed of the points that resampling draws on the suspect. Default 0. The best of several seeds has p times their
     /// number.
     pub seed: u64,
+    /// CPU seconds of this process after which the robust method ends with what it has; `None` for as long as it takes, which
+    /// comes out the same on every machine. Default `None`.
+    #[serde(default)]
+    pub budget: Option<f64>,
 }
 
 impl Default for DetectOptions {
@@ -51,6 +55,7 @@ impl Default for DetectOptions {
             resampling: When::Auto,
             threshold: 1e-6,
             seed: 0,
+            budget: None,
         }
     }
 }
@@ -69,7 +74,7 @@ impl DetectOptions {
 
     /// What the robust method's search takes of them.
     pub(crate) fn search(&self) -> SearchOptions {
-        let Self { registration, resampling, threshold, .. } = *self;
-        SearchOptions { registration, resampling, threshold }
+        let Self { registration, resampling, threshold, budget, .. } = *self;
+        SearchOptions { registration, resampling, threshold, budget }
     }
 }

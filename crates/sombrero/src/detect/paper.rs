@@ -10,7 +10,7 @@ use sombrero_extraction::{Extraction, extract};
 use sombrero_mesh::Soup;
 use sombrero_registration::{RegisterOptions, Registration, register};
 use sombrero_resampling::{ResampleOptions, resample};
-use sombrero_search::{Original, SearchError, Stages, Suspect, When};
+use sombrero_search::{Look, Original, SearchError, Stages, Suspect, When};
 use sombrero_stats::{Statistic, WatermarkTest, WatermarkTestOptions, best_of, watermark_test};
 
 pub(super) fn detect(
@@ -109,6 +109,7 @@ impl<'a> Attempts<'a> {
             watermark_test(self.watermark, &extraction.coefficients, &WatermarkTestOptions::default())?;
         let variant = Variant {
             registration,
+            look: Look::Whole.name(),
             resampling,
             nuisance: "none",
             test: Statistic::CORRELATION,
@@ -176,9 +177,11 @@ impl<'a> Attempts<'a> {
             variants,
             variants_counted: planned,
             registration: aligned.as_ref().map(Alignment::of_registration),
+            parts: Vec::new(),
             extracted: best.extraction.coefficients,
             measured: None,
             found: best.found,
+            budget_spent: false,
             seconds: self.seconds,
             warnings: self.warnings,
         })

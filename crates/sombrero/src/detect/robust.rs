@@ -2,12 +2,15 @@
 //!
 //! Every test on the way counts as a variant.
 
-use super::detection::{Alignment, Detection, Measured, Variant, few, positions};
+use super::detection::{Alignment, Detection, Measured, Part, Variant, few, positions};
 use super::error::DetectError;
 use super::options::{DetectOptions, Method};
 use nalgebra::Affine3;
 use sombrero_extraction::Estimate;
-use sombrero_search::{Examiner, Hypothesis, Original, SearchError, SearchOutcome, Stages, Suspect, search};
+use sombrero_search::{
+    Examiner, FoundPart, Hypothesis, Look, Looked, Original, SearchError, SearchOutcome, Stages, Suspect,
+    search,
+};
 use sombrero_stats::{KeyTest, KeyTests, LogProbability, best_of};
 
 pub(super) fn detect(
@@ -17,14 +20,24 @@ pub(super) fn detect(
     options: &DetectOptions,
 ) -> Result<Detection, DetectError> {
     let one_key = OneKey { watermark, best: None, variants: Vec::new() };
-    let SearchOutcome { examiner, counted, seconds, mut warnings, .. } =
+    let SearchOutcome { looks, seconds, mut warnings, budget_spent, .. } =
         search(original, suspect, &options.search(), one_key)?;
-    let OneKey { best: Some(best), variants, .. } = examiner else {
-        return Err(SearchError::NeedsResampling.into());
-    };
-    let p = best_of(best.p, counted);
+    let mut variants = Vec::new();
+    let mut winner: Option<(Outcome, LogProbability, usize, Vec<FoundPart>)> = None;
+    for Looked { examiner, counted, parts, .. } in looks {
+        variants.extend(examiner.variants);
+        let Some(best) = examiner.best else { continue };
+        let p = best_of(best.p, counted);
+        if winner.as_ref().is_none_or(|winner| p < winner.1) {
+            winner = Some((best, p, counted, parts));
+        }
+    }
+    let Some((best, p, counted, parts)) = winner else { return Err(SearchError::NeedsResampling.into()) };
     let Outcome { variant, estimate, pose, used, .. } = best;
     warnings.extend(few(used));
+    warnings.extend(budget_spent.then(|| {
+        "The search ended when its budget was spent, before all was looked at; a larger --budget may find more.".to_owned()
+    }));
     let found = positions(&estimate);
     let coverage = original.coverage(&found);
     Ok(Detection {
@@ -40,15 +53,18 @@ pub(super) fn detect(
         variants,
         variants_counted: counted,
         registration: pose.map(|pose| Alignment::of_estimate(&pose, &estimate, coverage)),
+        parts: parts.iter().map(|part| Part::new(part, counted)).collect(),
         extracted: estimate.known(),
         measured: Some(Measured { centre: estimate.coefficients, precision: estimate.precision }),
         found,
+        budget_spent,
         seconds,
         warnings,
     })
 }
 
 /// Looks for one watermark, and keeps account of every test.
+#[derive(Clone)]
 struct OneKey<'a> {
     watermark: &'a [f64],
     best: Option<Outcome>,
@@ -56,6 +72,7 @@ struct OneKey<'a> {
 }
 
 /// The best variant and what it rests on.
+#[derive(Clone)]
 struct Outcome {
     variant: Variant,
     p: LogProbability,
@@ -74,14 +91,15 @@ impl Examiner for OneKey<'_> {
         estimate: &Estimate,
         seconds: &mut Stages,
     ) -> Result<(), DetectError> {
-        let Hypothesis { nuisance, resampling, pose, .. } = *hypothesis;
+        let Hypothesis { nuisance, look, resampling, pose, .. } = *hypothesis;
         let compared = seconds.time("tests", || {
             KeyTests::new(&estimate.coefficients, estimate.known(), &estimate.precision)?
                 .compare(self.watermark)
         })?;
         for KeyTest { statistic, p, used, .. } in compared.tests {
             let variant = Variant {
-                registration: pose.is_some(),
+                registration: pose.is_some() || look == Look::Parts,
+                look: look.name(),
                 resampling,
                 nuisance,
                 test: statistic,
@@ -95,6 +113,12 @@ impl Examiner for OneKey<'_> {
             }
         }
         Ok(())
+    }
+
+    fn weigh(&self, functions: &[usize], estimate: &Estimate) -> Result<LogProbability, DetectError> {
+        let watermark: Vec<f64> = functions.iter().map(|&i| self.watermark[i]).collect();
+        let tests = KeyTests::new(&estimate.coefficients, estimate.known(), &estimate.precision)?;
+        Ok(tests.compare(&watermark)?.best())
     }
 
     fn best(&self) -> Option<LogProbability> {

@@ -175,8 +175,8 @@ impl<'a> Embedder<'a> {
         let copy = seconds.time("read back", || self.read_back(&bytes, companions.is_empty(), &moved))?;
         let is_field = key.parameters.basis.function == BasisFunction::Field;
         let wanted = if is_field { WEAK_FIELDS } else { READ_BACK };
-        let tested = seconds
-            .time("test", || self.self_test.of_copy(model, basis, &key, copy.points(), wanted))?;
+        let tested =
+            seconds.time("test", || self.self_test.of_copy(model, basis, &key, copy.points(), wanted))?;
         let Tested { log10_p, after_noise: log10_p_after_noise, halved: log10_p_halved, .. } = tested;
         if log10_p > READ_BACK {
             return Err(EmbedError::Lost { log10_p });
@@ -267,7 +267,9 @@ fn weak(tested: &Tested, wanted: f64, is_limited: bool) -> Option<String> {
         None => "no strength makes up for it; use a finer mesh or more coefficients".to_owned(),
     };
     let condition = if is_limited || enough.is_some() { ", if the model bears it" } else { "" };
-    Some(format!("The mark is weak: {what} the paper's test would give log10 p = {worst:.1}; {cure}{condition}."))
+    Some(format!(
+        "The mark is weak: {what} the paper's test would give log10 p = {worst:.1}; {cure}{condition}."
+    ))
 }
 
 /// A number with two digits, rounded up.

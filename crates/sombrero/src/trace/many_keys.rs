@@ -16,6 +16,7 @@ pub(super) struct Score {
 }
 
 /// Looks for many watermarks at once.
+#[derive(Clone)]
 pub(super) struct ManyKeys<'a> {
     watermarks: Vec<&'a [f64]>,
     /// One for each watermark.
@@ -70,6 +71,17 @@ impl Examiner for ManyKeys<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Of the watermark that suits best.
+    fn weigh(&self, functions: &[usize], estimate: &Estimate) -> Result<LogProbability, DetectError> {
+        let tests = KeyTests::new(&estimate.coefficients, estimate.known(), &estimate.precision)?;
+        let alone = |w: &&[f64]| {
+            let own: Vec<f64> = functions.iter().map(|&i| w[i]).collect();
+            Ok::<_, DetectError>(tests.compare(&own)?.best())
+        };
+        let all = self.watermarks.par_iter().map(alone).collect::<Result<Vec<_>, _>>()?;
+        Ok(all.into_iter().fold(LogProbability::ONE, smaller))
     }
 
     fn best(&self) -> Option<LogProbability> {

@@ -5,7 +5,7 @@ use super::verdict::{Named, Rejected, Trace};
 use crate::detect::{Alignment, DetectError, DetectOptions, positions};
 use rayon::prelude::*;
 use sombrero_io::Document;
-use sombrero_search::{Original, SearchOutcome, search};
+use sombrero_search::{Looked, Original, SearchOutcome, search};
 use sombrero_stats::{LogProbability, best_of};
 use sombrero_watermark::{Key, OriginalDigest, Parameters};
 
@@ -135,8 +135,7 @@ impl Tracer {
         counted: usize,
     ) -> Result<Trace, DetectError> {
         let mut trace = Trace::of_nobody(options.threshold, counted);
-        let mut alone: Vec<(usize, Score)> = Vec::new();
-        let mut best = LogProbability::ONE;
+        let mut searches: Vec<Searched<'_>> = Vec::new();
         for group in &self.groups {
             let suspect = group.original.suspect(&suspect.soup_like(group.original.triangles()));
             options.check(&suspect)?;
@@ -146,26 +145,36 @@ impl Tracer {
                 continue;
             }
             let watermarks = keys.iter().map(|&i| self.keys[i].watermark.as_slice()).collect();
-            let SearchOutcome { examiner, counted, seconds, warnings, .. } =
+            let SearchOutcome { looks, seconds, warnings, .. } =
                 search(&group.original, &suspect, &options.search(), ManyKeys::new(watermarks))?;
-            trace.variants_counted += counted;
             trace.seconds.add(seconds);
             trace
                 .warnings
                 .extend(warnings.into_iter().filter(|w| !trace.warnings.contains(w)).collect::<Vec<_>>());
-            if let Some((estimate, pose)) =
-                examiner.clearest.filter(|_| trace.coverage == 0.0 || examiner.best < best)
-            {
-                best = examiner.best;
-                trace.coverage = group.original.coverage(&positions(&estimate));
-                trace.registration =
-                    pose.map(|pose| Alignment::of_estimate(&pose, &estimate, trace.coverage));
+            let least = looks.iter().map(|look| look.counted).min().unwrap_or(1).max(1);
+            trace.variants_counted = trace.variants_counted.saturating_add(least);
+            searches.push(Searched { group, keys, looks, least });
+        }
+        let mut alone: Vec<(usize, Corrected)> = Vec::new();
+        let mut best = LogProbability::ONE;
+        for searched in &searches {
+            for look in &searched.looks {
+                let counted = searched.counted(look, trace.variants_counted);
+                let of_look = best_of(look.examiner.best, counted);
+                if let Some((estimate, pose)) = &look.examiner.clearest
+                    && (trace.coverage == 0.0 || of_look < best)
+                {
+                    best = of_look;
+                    trace.coverage = searched.group.original.coverage(&positions(estimate));
+                    trace.registration =
+                        pose.map(|pose| Alignment::of_estimate(&pose, estimate, trace.coverage));
+                }
             }
-            alone.extend(keys.into_iter().zip(examiner.scores));
+            alone.extend(searched.scores(trace.variants_counted));
         }
         alone.sort_by(|(i, a), (j, b)| a.p.ln().total_cmp(&b.p.ln()).then(i.cmp(j)));
-        let name = |(index, score): (usize, Score)| {
-            let log10_p = best_of(score.p, trace.variants_counted).log10();
+        let name = |(index, Corrected { p, score }): (usize, Corrected)| {
+            let log10_p = p.log10();
             let named = log10_p <= options.threshold.log10();
             let Score { correlation, beside_others, .. } = score;
             Named { index, named, log10_p, correlation, beside_others }
@@ -173,5 +182,47 @@ impl Tracer {
         trace.recipients = alone.into_iter().map(name).collect();
         trace.found = trace.recipients.first().is_some_and(|first| first.named);
         Ok(trace)
+    }
+}
+
+/// A score with its p after correction.
+struct Corrected {
+    p: LogProbability,
+    score: Score,
+}
+
+/// What the search for the keys of one group gave.
+struct Searched<'a> {
+    group: &'a Group,
+    /// Places in [`Tracer::keys`].
+    keys: Vec<usize>,
+    looks: Vec<Looked<ManyKeys<'a>>>,
+    /// The smallest number of tests that one of its looks counts.
+    least: usize,
+}
+
+impl Searched<'_> {
+    /// What p of a look is corrected for. Groups share the chance to name somebody innocent as their searches count; looks
+    /// share that of their group.
+    ///
+    /// ```text
+    /// k_gl · (Σ_g c_g) / c_g,    k_gl what look l of group g counts, c_g = min_l k_gl
+    /// ```
+    fn counted(&self, look: &Looked<ManyKeys<'_>>, all: usize) -> usize {
+        let counted = (look.counted as u128 * all as u128).div_ceil(self.least as u128);
+        usize::try_from(counted).unwrap_or(usize::MAX)
+    }
+
+    /// Of each key the look in which it shows best.
+    fn scores(&self, all: usize) -> Vec<(usize, Corrected)> {
+        let in_look = |look: &Looked<ManyKeys<'_>>, at: usize| {
+            let score = look.examiner.scores[at];
+            Corrected { p: best_of(score.p, self.counted(look, all)), score }
+        };
+        let best = |(at, &key): (usize, &usize)| {
+            let looks = self.looks.iter().map(|look| in_look(look, at));
+            Some((key, looks.min_by(|a, b| a.p.ln().total_cmp(&b.p.ln()))?))
+        };
+        self.keys.iter().enumerate().filter_map(best).collect()
     }
 }

@@ -18,7 +18,7 @@ use sombrero::basis::{Amplitudes, BasisFunction, BasisOptions};
 use sombrero::extraction::{Estimate, extract};
 use sombrero::io::{Document, Format, encode};
 use sombrero::mesh::Soup;
-use sombrero::search::{Examiner, Hypothesis, Model, Original, SearchOptions, Suspect, search};
+use sombrero::search::{Examiner, Hypothesis, Looked, Model, Original, SearchOptions, Suspect, search};
 use sombrero::shapes;
 use sombrero::stats::{KeyTests, LogProbability, WatermarkTestOptions, best_of, watermark_test};
 use sombrero::watermark::{COEFFICIENTS, Derivation, Identity, Key, OriginalDigest, Parameters, Secret};
@@ -319,6 +319,7 @@ fn watermarks(
 }
 
 /// Shows every estimate of a search to many watermarks, each on its own.
+#[derive(Clone)]
 struct Fishing<'a> {
     watermarks: &'a [Vec<f64>],
     /// The smallest of each, not corrected.
@@ -336,7 +337,9 @@ impl<'a> Fishing<'a> {
     ) -> anyhow::Result<Vec<f64>> {
         let best = vec![LogProbability::ONE; watermarks.len()];
         let outcome = search(original, suspect, options, Self { watermarks, best, seen: false })?;
-        Ok(outcome.examiner.best.iter().map(|p| best_of(*p, outcome.counted).log10()).collect())
+        let of_look = |look: &Looked<Self>, at: usize| best_of(look.examiner.best[at], look.counted).log10();
+        let all = 0..watermarks.len();
+        Ok(all.map(|at| outcome.looks.iter().map(|look| of_look(look, at)).fold(0.0, f64::min)).collect())
     }
 }
 
@@ -360,6 +363,16 @@ impl Examiner for Fishing<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Of the watermark that suits best.
+    fn weigh(&self, functions: &[usize], estimate: &Estimate) -> anyhow::Result<LogProbability> {
+        let tests = KeyTests::new(&estimate.coefficients, estimate.known(), &estimate.precision)
+            .context("a test cannot be made")?;
+        let own = |w: &Vec<f64>| functions.iter().map(|&i| w[i]).collect::<Vec<f64>>();
+        let all = self.watermarks.iter().map(|w| Ok(tests.compare(&own(w))?.best()));
+        let all = all.collect::<anyhow::Result<Vec<_>>>()?;
+        Ok(all.into_iter().fold(LogProbability::ONE, |least, p| if p < least { p } else { least }))
     }
 
     /// So that no way is left out because one is certain.

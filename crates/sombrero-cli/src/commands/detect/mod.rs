@@ -3,12 +3,12 @@
 pub(crate) mod args;
 
 use crate::answer::{Answer, Context, Outcome};
+use crate::batch::{self, Words};
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::Progress;
 use crate::table::Table;
 use crate::timestamp::{self, Stamp};
-use crate::batch::{self, Words};
-use crate::files;
 use args::{Args, Plan, Prepared};
 use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::watermark::Key;
@@ -207,9 +207,39 @@ fn text(suspect: &Path, d: &Detection, claim: &Claim) -> Table {
         .row("convinces", claim.sentence())
         .row("correlation", format!("{:.4} over {} coefficients", d.correlation, d.coefficients_used))
         .row("coverage", format!("{:.1} % of the original's area", 100.0 * d.coverage))
+        .rows("mirrored", mirrored(d))
+        .rows("parts", parts(d))
         .row("method", how(d))
         .row("seconds", format!("{:.2}", d.seconds.total()))
         .rows("note", &d.warnings)
+}
+
+/// What is said of a mirror image.
+fn mirrored(d: &Detection) -> Option<&'static str> {
+    let whole = d.registration.is_some_and(|registration| registration.mirrored);
+    let parts = d.parts.iter().filter(|part| part.mirrored).count();
+    match (whole, parts) {
+        (true, _) => Some("the suspect was compared as a mirror image"),
+        (false, 0) => None,
+        (false, n) if n == d.parts.len() => Some("all parts were compared as mirror images"),
+        (false, _) => Some("some parts were compared as mirror images"),
+    }
+}
+
+/// Parts that were placed one by one, the surest first.
+fn parts(d: &Detection) -> Option<String> {
+    const NAMED: usize = 4;
+    let mut parts: Vec<_> = d.parts.iter().collect();
+    parts.sort_by(|a, b| a.log10_p.total_cmp(&b.log10_p));
+    let surest = parts.first()?;
+    let more = parts.len().saturating_sub(NAMED);
+    let named: Vec<String> =
+        parts.iter().take(NAMED).map(|part| format!("{} ({:.1})", part.component, part.log10_p)).collect();
+    let and = if more > 0 { format!(" and {more} more") } else { String::new() };
+    Some(match parts.len() {
+        1 => format!("one of the original's parts, number {}, was found by itself", surest.component),
+        n => format!("{n} placed one by one; number (log10 p by itself): {}{and}", named.join(", ")),
+    })
 }
 
 /// The variant that won, in words.
@@ -222,8 +252,10 @@ fn how(d: &Detection) -> String {
         _ => {
             let compared = if v.resampling { "surfaces" } else { "vertices" };
             format!(
-                "robust, {registration}, {compared} compared; solved for: {}; best of {} variants",
-                v.nuisance, d.variants_counted
+                "robust, {registration}, {compared} compared{}; solved for: {}; best of {} variants",
+                if v.look == "parts" { " part by part" } else { "" },
+                v.nuisance,
+                d.variants_counted
             )
         }
     }

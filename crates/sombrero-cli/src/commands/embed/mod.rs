@@ -78,10 +78,7 @@ fn beside(input: &Path, original: &Document) -> PathBuf {
 fn check_one(inputs: &[PathBuf]) -> Result<&Path, Failure> {
     let input = &inputs[0];
     if let Some(second) = inputs.get(1) {
-        let message = format!(
-            "{}: a second input; give --out-dir for copies of several",
-            second.display()
-        );
+        let message = format!("{}: a second input; give --out-dir for copies of several", second.display());
         return Err(Failure::new("usage", message));
     }
     if input.is_dir() {

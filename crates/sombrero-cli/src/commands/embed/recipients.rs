@@ -220,10 +220,8 @@ fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
     let bytes = files::read_small(list, LARGEST_LIST, "a list in CSV with a column `recipient`")?;
     let text = decoded(&bytes);
     let separator = Separator::of(&text);
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .delimiter(separator.sign())
-        .from_reader(text.as_ref());
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(separator.sign()).from_reader(text.as_ref());
     let separated = separator.name();
     let unreadable =
         |e: csv::Error| wrong(format!("{e} (columns separated by {separated}); save it as CSV in UTF-8"));
@@ -262,7 +260,8 @@ fn read_rows(list: &Path) -> Result<Vec<Row>, Failure> {
 fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
     let wide = |of: fn([u8; 2]) -> u16| {
         let units = bytes.as_chunks::<2>().0.iter().skip(1).map(|pair| of(*pair));
-        let text: String = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+        let text: String =
+            char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
         Cow::Owned(text.into_bytes())
     };
     match bytes {
@@ -284,7 +283,8 @@ enum Separator {
 impl Separator {
     /// The one that the first line has most of, outside of quotes.
     fn of(text: &[u8]) -> Self {
-        let first = text.split(|byte| matches!(byte, b'\n' | b'\r')).find(|line| !line.trim_ascii().is_empty());
+        let first =
+            text.split(|byte| matches!(byte, b'\n' | b'\r')).find(|line| !line.trim_ascii().is_empty());
         let mut quoted = false;
         let mut counts = [0_usize; 3];
         for byte in first.unwrap_or_default() {
