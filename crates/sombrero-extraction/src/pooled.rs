@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn a_part_that_is_known_by_far_better_does_not_hide_the_others() {
-        let exact = part(&[-0.7], DMatrix::identity(1, 1) * 1e18);
+        let exact = part(&[-0.7], DMatrix::identity(1, 1) * 1e12);
         let rough = part(&[0.3, 1.1], DMatrix::from_row_slice(2, 2, &[2.0, 0.5, 0.5, 1.0]));
         let both = Estimate::pooled(3, &[(&[1], &exact), (&[0, 2], &rough)], Vec::new(), Vec::new());
         for (found, right) in both.coefficients.iter().zip([0.3, -0.7, 1.1]) {
