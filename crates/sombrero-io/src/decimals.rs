@@ -390,7 +390,7 @@ mod tests {
         assert_eq!(fill.level((0, 0), 3, 0.5), 4);
         assert_eq!([0.0, 0.9, 0.92, 0.999].map(|u| fill.level((0, 0), 2, u)), [2, 2, 4, 4]);
         // A mark as small as the file's own rounding is not hidden by more than itself.
-        assert!(filled("1 2 3 4", 0.1).iter().all(|word| word.ends_with(".00")));
+        assert!(filled("1 2 3 4", 0.1).iter().all(|word| word.ends_with(".000")));
     }
 
     #[test]

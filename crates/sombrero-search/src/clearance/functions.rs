@@ -80,7 +80,7 @@ mod tests {
         for load in loads(&uses, &factors, 3) {
             assert!(load <= 1.0 + 1e-12, "{factors:?}");
         }
-        assert_eq!(factors[1], 1.0);
+        assert!(factors[1] > 0.999, "{factors:?}");
         assert!(factors[0] > 0.1 && factors[2] > 0.03, "{factors:?}");
     }
 }
