@@ -92,7 +92,7 @@ fn nearest(
         let node = &tree.nodes[number as usize];
         let from = waiting;
         for (child, near) in (node.first..).zip(entered(node, line, &inverse, reach, side)) {
-            if near > reach {
+            if near > reach || near == f64::INFINITY {
                 continue;
             }
             if !node.leaf {
