@@ -9,6 +9,7 @@ use crate::by_parts::{FoundPart, by_parts};
 use crate::error::SearchError;
 use crate::examiner::{Examiner, Look};
 use crate::matched::matched;
+use crate::nuisances::{NUISANCES, QUICK};
 use crate::options::{SearchOptions, When};
 use crate::original::Original;
 use crate::parts::{Component, are_alike, components};
@@ -190,7 +191,9 @@ impl<'a, E: Examiner> Search<'a, E> {
         let poses =
             poses(original, suspect, self.options.registration, upright, self.budget, &mut whole.seconds)?;
         whole.warnings.extend(poses.warning);
-        by_surfaces(original, self.suspect, &poses.found, whole)?;
+        // All that were planned count.
+        let nuisances = if poses.unrelated { &NUISANCES[..QUICK] } else { &NUISANCES[..] };
+        by_surfaces(original, self.suspect, &poses.found, nuisances, whole)?;
         if whole.is_shared() && trusted && !whole.is_found() {
             self.look_in_mirror(limit)?;
         }
@@ -205,7 +208,7 @@ impl<'a, E: Examiner> Search<'a, E> {
         let mut tally = self.tally(Look::Mirrored);
         let suspect = &self.suspect.soup;
         let poses = mirrored(self.original, suspect, limit, &mut tally.seconds);
-        by_surfaces(self.original, self.suspect, &poses, &mut tally)?;
+        by_surfaces(self.original, self.suspect, &poses, &NUISANCES, &mut tally)?;
         Ok(self.close(tally, Vec::new()))
     }
 
