@@ -22,8 +22,9 @@ use crate::tally::Tally;
 use crate::vertices::{Correspondence, by_vertices};
 use sombrero_mesh::Soup;
 
-/// Correspondences that are further off than this, in largest sides, are those of other parts where each part has its own.
-const HOPELESS: f64 = 0.1;
+/// Correspondences that are further off than this, in largest sides of what was found, are those of other parts where each part
+/// has its own.
+const HOPELESS: f64 = 0.05;
 
 /// A search that is over.
 #[derive(Debug, Clone)]
@@ -112,7 +113,8 @@ impl<'a, E: Examiner> Search<'a, E> {
         self.done.budget_spent
     }
 
-    /// Vertices, and those of parts. Whether one that is not the whole is certain.
+    /// Vertices, and those of parts. Whether all is said: one that is not the whole is certain, or the vertices of all parts tell where
+    /// they are, and not as a whole.
     fn first(&mut self, whole: &mut Tally<'a, E>) -> Result<bool, E::Error> {
         if self.options.resampling == When::Always {
             return Ok(false);
@@ -132,11 +134,15 @@ impl<'a, E: Examiner> Search<'a, E> {
             let parts = if components.is_empty() { &[] } else { self.original.parts() };
             let found = whole.seconds.time("matching", || placements::by_vertices(parts, &components));
             if !found.is_empty() {
+                let all = found.len() == components.len();
                 if self.look_at_parts(found)? {
                     return Ok(true);
                 }
                 // One connectivity for all parts misleads the whole.
                 correspondences.retain(|correspondence| correspondence.is_within(HOPELESS));
+                if correspondences.is_empty() && all {
+                    return Ok(true);
+                }
             }
         }
         by_vertices(self.original, correspondences, whole)?;
