@@ -100,7 +100,8 @@ impl<'a, E: Examiner> Search<'a, E> {
     fn all(&mut self) -> Result<(), E::Error> {
         let mut whole = self.tally(Look::Whole);
         let certain = self.first(&mut whole)?;
-        if !certain && whole.is_open() && !(self.is_spent() && !self.done.looks.is_empty()) {
+        let seen_in_time = self.is_spent() && !self.done.looks.is_empty();
+        if !certain && whole.is_open() && !seen_in_time {
             self.by_surfaces(&mut whole)?;
         }
         self.close(whole, Vec::new());
