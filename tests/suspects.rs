@@ -248,3 +248,17 @@ fn point_clouds_are_found() {
         Err(DetectError::NoFaces { which: "suspect" })
     ));
 }
+
+#[test]
+fn a_spent_budget_is_told_and_the_verdict_stays_honest() {
+    let detector = detector();
+    let options = DetectOptions { budget: Some(0.0), ..DetectOptions::default() };
+    let suspect = detector.suspect(&document(&shapes::torus(30, 20, 1.0, 0.4)));
+    let ended = detector.detect(&suspect, &options).unwrap();
+    assert!(ended.budget_spent && ended.variants.len() == 5);
+    assert!(ended.warnings.iter().any(|warning| warning.contains("budget")), "{:?}", ended.warnings);
+    assert_nothing_found(&ended);
+    // Nothing is gained by looking at less.
+    let all = detector.detect(&suspect, &DetectOptions::default()).unwrap();
+    assert!(!all.budget_spent && ended.variants_counted >= all.variants_counted);
+}

@@ -117,7 +117,8 @@ pub(crate) enum Command {
         transform:rotation=DEGREES,translation=T,scale=S, affine:strength=S, projective:strength=S,\n\
         ffd:strength=S,lattice=N, simplify:ratio=R, subdivide:scheme=midpoint|loop,iterations=N,\n\
         remesh:length=L,iterations=N, isosurface:resolution=N,\n\
-        watermark:preset=P,epsilon=E,coefficients=N,basis=B, crop:fraction=F, crop:vertices=F.\n\
+        watermark:preset=P,epsilon=E,coefficients=N,basis=B, crop:fraction=F, crop:vertices=F,\n\
+        mirror, print:size=MM (printed and scanned, a simulation), points:count=N (a point cloud).\n\
         Lengths are fractions of the largest side of the bounding box; that of remesh is a multiple of\n\
         the mean edge length."
     )]

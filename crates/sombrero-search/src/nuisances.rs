@@ -2,6 +2,9 @@
 
 use sombrero_extraction::{Deformation, Modes, Nuisance};
 
+/// The first of [`NUISANCES`] that a suspect is told by that shows nothing of the original: those of next to no cost.
+pub(crate) const QUICK: usize = 2;
+
 /// What is solved for beside the coefficients, by name, simplest first.
 pub(crate) const NUISANCES: [(&str, Nuisance); 4] = [
     ("similarity", Nuisance { deformation: Deformation::Similarity, modes: &[] }),

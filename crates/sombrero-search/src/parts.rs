@@ -24,19 +24,20 @@ pub(crate) struct Component {
     pub(crate) points: Vec<u32>,
 }
 
+/// A triangle with the first point of its part.
+type Labelled = (u32, [u32; 3]);
+
 /// The parts of a soup, those with the most triangles first.
 pub(crate) fn components(soup: &Soup) -> Vec<Component> {
     let links = soup.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c]]);
     let first = connected(soup.points.len(), links);
-    let mut triangles: Vec<(u32, [u32; 3])> =
-        soup.triangles.iter().map(|t| (first[t[0] as usize], *t)).collect();
+    let mut triangles: Vec<Labelled> = soup.triangles.iter().map(|t| (first[t[0] as usize], *t)).collect();
     // Stable, so that triangles stay in order.
     triangles.sort_by_key(|(first, _)| *first);
-    let mut groups: Vec<(usize, &[(u32, [u32; 3])])> =
-        triangles.chunk_by(|a, b| a.0 == b.0).enumerate().collect();
+    let mut groups: Vec<(usize, &[Labelled])> = triangles.chunk_by(|a, b| a.0 == b.0).enumerate().collect();
     groups.sort_by_key(|(number, group)| (std::cmp::Reverse(group.len()), *number));
     let mut place = vec![0; soup.points.len()];
-    let component = |(number, group): (usize, &[(u32, [u32; 3])])| {
+    let component = |(number, group): (usize, &[Labelled])| {
         let mut points: Vec<u32> = group.iter().flat_map(|(_, corners)| *corners).collect();
         points.sort_unstable();
         points.dedup();

@@ -13,6 +13,8 @@ use sombrero_registration::{RegisterOptions, Registration, register, register_af
 
 /// The number of points that tell where a suspect lies.
 const ENOUGH: usize = 2000;
+/// Agreement below which two shapes have nothing in common: right poses of attacked models have 0.5 to 1.
+const IN_COMMON: f64 = 0.25;
 /// A mirror image is looked at where its fit is not worse by more than this factor than the fit of the suspect itself.
 const MIRROR_FITS: f64 = 1.5;
 
@@ -20,6 +22,8 @@ const MIRROR_FITS: f64 = 1.5;
 pub(crate) struct Poses {
     /// Best first, [`MOST_POSES`] at most.
     pub(crate) found: Vec<Affine3<f64>>,
+    /// Whether the shapes have next to nothing in common.
+    pub(crate) unrelated: bool,
     pub(crate) warning: Option<String>,
 }
 
@@ -96,10 +100,11 @@ pub(crate) fn poses(
 ) -> Result<Poses, SearchError> {
     let similar = match similar {
         Similar::Found(found) => found,
-        Similar::AsItIs(warning) => return Ok(Poses { found: vec![Affine3::identity()], warning }),
+        Similar::AsItIs(warning) => {
+            return Ok(Poses { found: vec![Affine3::identity()], unrelated: false, warning });
+        }
     };
     let options = RegisterOptions::default();
-    let mut warning = None;
     if !similar.trusted && !budget.is_spent() {
         let stretched = seconds.time("registration", || {
             register_affine(original.reference()?, &suspect.points, &suspect.triangles, &options)
@@ -109,22 +114,22 @@ pub(crate) fn poses(
         {
             let poses = found.poses().map(|pose| pose.reference_from_suspect);
             let found = poses.take(MOST_POSES).collect();
-            return Ok(Poses { found, warning });
+            return Ok(Poses { found, unrelated: false, warning: None });
         }
     }
-    if !similar.trusted {
-        warning = Some(
-            "The suspect fits the original badly in every pose that was tried; it may be another shape."
-                .to_owned(),
-        );
-    }
+    let warning = (!similar.trusted).then(|| {
+        "The suspect fits the original badly in every pose that was tried; it may be another shape."
+            .to_owned()
+    });
+    let mut unrelated = !similar.trusted && similar.agreement < IN_COMMON;
     let found = similar.poses().map(|pose| affine(pose.reference_from_suspect));
     let mut found: Vec<Affine3<f64>> = found.take(MOST_POSES).collect();
     if registration == When::Auto && lies_elsewhere(original, suspect, &found)? {
         found.insert(0, Affine3::identity());
         found.truncate(MOST_POSES);
+        unrelated = false;
     }
-    Ok(Poses { found, warning })
+    Ok(Poses { found, unrelated, warning })
 }
 
 /// Whether the suspect lies on the original as it is, and none of the poses says so: a small piece that nobody moved

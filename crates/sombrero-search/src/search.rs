@@ -9,6 +9,7 @@ use crate::by_parts::{FoundPart, by_parts};
 use crate::error::SearchError;
 use crate::examiner::{Examiner, Look};
 use crate::matched::matched;
+use crate::nuisances::{NUISANCES, QUICK};
 use crate::options::{SearchOptions, When};
 use crate::original::Original;
 use crate::parts::{Component, are_alike, components};
@@ -21,8 +22,9 @@ use crate::tally::Tally;
 use crate::vertices::{Correspondence, by_vertices};
 use sombrero_mesh::Soup;
 
-/// Correspondences that are further off than this, in largest sides, are those of other parts where each part has its own.
-const HOPELESS: f64 = 0.1;
+/// Correspondences that are further off than this, in largest sides of what was found, are those of other parts where each part
+/// has its own.
+const HOPELESS: f64 = 0.05;
 
 /// A search that is over.
 #[derive(Debug, Clone)]
@@ -98,7 +100,8 @@ impl<'a, E: Examiner> Search<'a, E> {
     fn all(&mut self) -> Result<(), E::Error> {
         let mut whole = self.tally(Look::Whole);
         let certain = self.first(&mut whole)?;
-        if !certain && whole.is_open() && !(self.is_spent() && !self.done.looks.is_empty()) {
+        let seen_in_time = self.is_spent() && !self.done.looks.is_empty();
+        if !certain && whole.is_open() && !seen_in_time {
             self.by_surfaces(&mut whole)?;
         }
         self.close(whole, Vec::new());
@@ -111,7 +114,8 @@ impl<'a, E: Examiner> Search<'a, E> {
         self.done.budget_spent
     }
 
-    /// Vertices, and those of parts. Whether one that is not the whole is certain.
+    /// Vertices, and those of parts. Whether all is said: one that is not the whole is certain, or the vertices of all parts tell where
+    /// they are, and not as a whole.
     fn first(&mut self, whole: &mut Tally<'a, E>) -> Result<bool, E::Error> {
         if self.options.resampling == When::Always {
             return Ok(false);
@@ -131,11 +135,15 @@ impl<'a, E: Examiner> Search<'a, E> {
             let parts = if components.is_empty() { &[] } else { self.original.parts() };
             let found = whole.seconds.time("matching", || placements::by_vertices(parts, &components));
             if !found.is_empty() {
+                let all = found.len() == components.len();
                 if self.look_at_parts(found)? {
                     return Ok(true);
                 }
                 // One connectivity for all parts misleads the whole.
                 correspondences.retain(|correspondence| correspondence.is_within(HOPELESS));
+                if correspondences.is_empty() && all {
+                    return Ok(true);
+                }
             }
         }
         by_vertices(self.original, correspondences, whole)?;
@@ -190,7 +198,9 @@ impl<'a, E: Examiner> Search<'a, E> {
         let poses =
             poses(original, suspect, self.options.registration, upright, self.budget, &mut whole.seconds)?;
         whole.warnings.extend(poses.warning);
-        by_surfaces(original, self.suspect, &poses.found, whole)?;
+        // All that were planned count.
+        let nuisances = if poses.unrelated { &NUISANCES[..QUICK] } else { &NUISANCES[..] };
+        by_surfaces(original, self.suspect, &poses.found, nuisances, whole)?;
         if whole.is_shared() && trusted && !whole.is_found() {
             self.look_in_mirror(limit)?;
         }
@@ -205,7 +215,7 @@ impl<'a, E: Examiner> Search<'a, E> {
         let mut tally = self.tally(Look::Mirrored);
         let suspect = &self.suspect.soup;
         let poses = mirrored(self.original, suspect, limit, &mut tally.seconds);
-        by_surfaces(self.original, self.suspect, &poses, &mut tally)?;
+        by_surfaces(self.original, self.suspect, &poses, &NUISANCES, &mut tally)?;
         Ok(self.close(tally, Vec::new()))
     }
 

@@ -2,25 +2,26 @@
 
 use crate::error::SearchError;
 use crate::examiner::{Examiner, Hypothesis};
-use crate::nuisances::NUISANCES;
 use crate::original::Original;
 use crate::suspect::Suspect;
 use crate::tally::Tally;
 use nalgebra::Affine3;
+use sombrero_extraction::Nuisance;
 use sombrero_mesh::Soup;
 
-/// Examines every pose with every nuisance: the simplest nuisance in all poses first, since of a symmetric shape's poses
+/// Examines every pose with each of these nuisances: the simplest nuisance in all poses first, since of a symmetric shape's poses
 /// one is right.
 pub(crate) fn by_surfaces<E: Examiner>(
     original: &Original,
     suspect: &Suspect,
     poses: &[Affine3<f64>],
+    nuisances: &[(&'static str, Nuisance)],
     tally: &mut Tally<'_, E>,
 ) -> Result<(), E::Error> {
     tally.take(poses.len());
     let registers = tally.registers();
     let suspects: Vec<Soup> = poses.iter().map(|pose| moved(&suspect.soup, pose)).collect();
-    for (nuisance, solved_for) in NUISANCES {
+    for &(nuisance, solved_for) in nuisances {
         for (pose, placed) in poses.iter().zip(&suspects) {
             if tally.is_over() {
                 return Ok(());

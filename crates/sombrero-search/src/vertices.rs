@@ -15,7 +15,7 @@ use nalgebra::Point3;
 pub(crate) struct Correspondence {
     found: Vec<Option<Point3<f64>>>,
     placement: Option<Placement>,
-    /// Root mean square distance that is left, in largest sides of the original.
+    /// Root mean square distance that is left, in largest sides of the original or of the parts that were found.
     misfit: f64,
     /// Whether it fits, so that surfaces tell no more.
     fits: bool,
@@ -32,7 +32,7 @@ impl Correspondence {
         let partial = found.iter().zip(soup.used()).any(|(found, used)| used && found.is_none());
         // One of several parts is small beside all.
         let own = if partial && original.has_parts() { pairs.side().min(side) } else { side };
-        Self { found, placement, misfit: rms / side, fits: rms < CORRESPONDS * own, partial }
+        Self { found, placement, misfit: rms / own, fits: rms < CORRESPONDS * own, partial }
     }
 
     /// Whether it fits, so that surfaces tell no more.
@@ -50,7 +50,7 @@ impl Correspondence {
         Self { fits: self.fits && !self.partial, ..self }
     }
 
-    /// Whether it is within this many largest sides.
+    /// Whether it is within this many largest sides of what was found.
     pub(crate) fn is_within(&self, sides: f64) -> bool {
         self.misfit < sides
     }

@@ -43,6 +43,7 @@ struct Report {
     coverage: f64,
     registration: Option<Alignment>,
     skipped: Vec<Skipped>,
+    budget_spent: bool,
     seconds: Stages,
     warnings: Vec<String>,
 }
@@ -128,6 +129,7 @@ fn report(
         coverage: trace.coverage,
         registration: trace.registration,
         skipped,
+        budget_spent: trace.budget_spent,
         seconds: trace.seconds,
         warnings: trace.warnings,
     }

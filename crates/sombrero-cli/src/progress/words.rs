@@ -39,6 +39,7 @@ pub(super) fn words(stage: &str) -> &str {
         "preparation" => "preparing the original",
         "matching" => "matching the connectivity",
         "registration" => "aligning",
+        "mirror image" => "aligning the mirror image",
         "extraction" => "reading the mark",
         "resampling" => "resampling",
         "tests" => "testing",

@@ -145,9 +145,10 @@ impl Tracer {
                 continue;
             }
             let watermarks = keys.iter().map(|&i| self.keys[i].watermark.as_slice()).collect();
-            let SearchOutcome { looks, seconds, warnings, .. } =
+            let SearchOutcome { looks, seconds, warnings, budget_spent, .. } =
                 search(&group.original, &suspect, &options.search(), ManyKeys::new(watermarks))?;
             trace.seconds.add(seconds);
+            trace.budget_spent |= budget_spent;
             trace
                 .warnings
                 .extend(warnings.into_iter().filter(|w| !trace.warnings.contains(w)).collect::<Vec<_>>());

@@ -34,6 +34,8 @@ pub struct Trace {
     /// Keys that turned out not to be genuine when they were about to be named. They are not among the recipients.
     #[serde(skip)]
     pub rejected: Vec<Rejected>,
+    /// Whether the budget ran out before all was looked at.
+    pub budget_spent: bool,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the user should know, in sentences.
@@ -51,6 +53,7 @@ impl Trace {
             coverage: 0.0,
             registration: None,
             rejected: Vec::new(),
+            budget_spent: false,
             seconds: Stages::default(),
             warnings: Vec::new(),
         }
