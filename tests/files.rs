@@ -3,9 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![cfg(unix)]
 
+use nalgebra::{Isometry3, Point3, Vector3};
+use serde_json::{Value, json};
 use sombrero::io::{Document, Format, encode};
+use sombrero::mesh::Soup;
 use sombrero::shapes;
 use sombrero_tests::{Workshop, obj, ring, separate_gltf};
+use std::collections::BTreeMap;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_sombrero-under-test");
 
@@ -164,4 +168,164 @@ fn a_key_is_no_mesh_and_a_document_is_no_model() {
     workshop.write("letter.docx", b"PK\x05\x06\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0");
     let letter = workshop.line("info letter.docx");
     assert_eq!(letter.status, Some(2), "{}", letter.stdout);
+}
+
+/// Two bodies in one accessor, each with its own mesh at its own node, and where the nodes put them.
+fn shared_positions() -> (Vec<u8>, [Isometry3<f64>; 2]) {
+    let mut bodies = [shapes::bumpy_sphere(650), shapes::bumpy_sphere(900)];
+    bodies[1].points.iter_mut().for_each(|p| *p = Point3::new(1.3 * p.x, 0.7 * p.y, p.z));
+    let places = [
+        Isometry3::new(Vector3::new(-2.0, 0.5, 0.0), Vector3::new(0.3, -0.2, 0.9)),
+        Isometry3::new(Vector3::new(2.5, 0.0, 1.0), Vector3::new(-1.1, 0.4, 0.2)),
+    ];
+    let mut bin: Vec<u8> = bodies
+        .iter()
+        .flat_map(|body| &body.points)
+        .flat_map(|p| [p.x, p.y, p.z].map(|x| (x as f32).to_le_bytes()))
+        .flatten()
+        .collect();
+    let count = bin.len() / 12;
+    let mut views = vec![json!({"buffer": 0, "byteLength": bin.len()})];
+    let mut accessors =
+        vec![json!({"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"})];
+    let (mut meshes, mut nodes, mut first) = (Vec::new(), Vec::new(), 0);
+    for (body, place) in bodies.iter().zip(&places) {
+        let start = bin.len();
+        bin.extend(body.triangles.iter().flatten().flat_map(|v| (v + first).to_le_bytes()));
+        first += body.points.len() as u32;
+        views.push(json!({"buffer": 0, "byteOffset": start, "byteLength": bin.len() - start}));
+        let indices = json!({
+            "bufferView": views.len() - 1, "componentType": 5125, "count": 3 * body.triangles.len(), "type": "SCALAR",
+        });
+        accessors.push(indices);
+        meshes.push(json!({"primitives": [{"attributes": {"POSITION": 0}, "indices": accessors.len() - 1}]}));
+        nodes.push(json!({"mesh": meshes.len() - 1, "matrix": place.to_homogeneous().as_slice()}));
+    }
+    let json = json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": nodes, "meshes": meshes,
+        "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": bin.len()}],
+    });
+    (glb(json.to_string().as_bytes(), &bin), places)
+}
+
+fn glb(json: &[u8], bin: &[u8]) -> Vec<u8> {
+    let mut body = Vec::new();
+    for (kind, content, fill) in [(b"JSON", json, b' '), (b"BIN\0", bin, 0)] {
+        let length = content.len().next_multiple_of(4);
+        body.extend((length as u32).to_le_bytes());
+        body.extend(kind);
+        body.extend(content);
+        body.resize(body.len() + length - content.len(), fill);
+    }
+    let length = (12 + body.len()) as u32;
+    [&b"glTF"[..], &2_u32.to_le_bytes(), &length.to_le_bytes(), &body].concat()
+}
+
+/// The scene of [`shared_positions`] as another program flattens it: from the bytes of the buffer alone.
+fn flattened(file: &[u8], places: &[Isometry3<f64>; 2]) -> Soup {
+    let length = u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+    let json: Value = serde_json::from_slice(&file[20..20 + length]).unwrap();
+    let bin = &file[28 + length..];
+    let number = |value: &Value| value.as_u64().unwrap() as usize;
+    let count = number(&json["accessors"][0]["count"]);
+    let stored: Vec<Point3<f64>> = bin[..12 * count]
+        .chunks(12)
+        .map(|p| [0, 4, 8].map(|at| f64::from(f32::from_le_bytes(p[at..at + 4].try_into().unwrap()))).into())
+        .collect();
+    let mut soup = Soup::default();
+    for (part, place) in places.iter().enumerate() {
+        let view = &json["bufferViews"][part + 1];
+        let (start, length) = (number(&view["byteOffset"]), number(&view["byteLength"]));
+        for corners in bin[start..start + length].chunks(12) {
+            let first = soup.points.len() as u32;
+            for corner in corners.chunks(4) {
+                let corner = u32::from_le_bytes(corner.try_into().unwrap());
+                soup.points.push(place * stored[corner as usize]);
+            }
+            soup.triangles.push([first, first + 1, first + 2]);
+        }
+    }
+    soup
+}
+
+#[test]
+fn positions_that_several_nodes_share_are_marked_where_they_are_shown() {
+    let (file, places) = shared_positions();
+    let shown = flattened(&file, &places).bounding_box().unwrap();
+    let document = Document::parse(file.clone(), None).unwrap();
+    let read = document.soup().bounding_box().unwrap();
+    assert!((read.min - shown.min).norm() < 1e-5 && (read.max - shown.max).norm() < 1e-5);
+    let workshop = Workshop::new(PROGRAM);
+    workshop.write("scene.glb", &file);
+    workshop.line("embed scene.glb --preset robust").text();
+    let marked = workshop.read("scene-marked.glb");
+    workshop.write("flat.stl", encode(Format::StlBinary, &flattened(&marked, &places)).unwrap());
+    let plain = encode(Format::StlBinary, &flattened(&file, &places)).unwrap();
+    workshop.write("plain.stl", plain);
+    let detect = |suspect: &str| {
+        let ran = workshop.line(&format!("detect {suspect} --original scene.glb --key scene.key --json"));
+        (ran.status.unwrap(), ran.json()["log10_p"].as_f64().unwrap())
+    };
+    let [whole, flat, plain] = ["scene-marked.glb", "flat.stl", "plain.stl"].map(detect);
+    assert!(whole.0 == 0 && whole.1 < -100.0, "{whole:?}");
+    assert!(flat.0 == 0 && flat.1 < 0.5 * whole.1, "{flat:?} of {whole:?}");
+    assert_eq!(plain.0, 1, "{plain:?}");
+}
+
+#[test]
+fn concave_polygons_are_marked_and_found_as_the_surface_that_they_are() {
+    // Vertices pushed about on the surface, and pairs of triangles made quadrilaterals that begin at an outer corner: a
+    // fan of a concave one covers what is outside.
+    let mut soup = shapes::bumpy_sphere(1500);
+    for (i, p) in soup.points.iter_mut().enumerate() {
+        let angle = (i * i % 97) as f64;
+        let aside = Vector3::new(angle.cos(), angle.sin(), (3.0 * angle).sin()) * 0.035;
+        *p += aside - p.coords.normalize() * p.coords.normalize().dot(&aside);
+    }
+    let mut single: BTreeMap<[u32; 2], [u32; 3]> = BTreeMap::new();
+    let mut quads: Vec<[u32; 4]> = Vec::new();
+    for &[a, b, c] in &soup.triangles {
+        let turns = [[a, b, c], [b, c, a], [c, a, b]];
+        let quad = turns.into_iter().find_map(|[p, q, r]| {
+            let [_, _, other] = single.remove(&[q, p])?;
+            Some([r, p, other, q])
+        });
+        match quad {
+            Some(quad) => {
+                single.retain(|_, triangle| !triangle.iter().all(|v| quad.contains(v)));
+                quads.push(quad);
+            }
+            None => single.extend(turns.map(|[p, q, r]| ([p, q], [p, q, r]))),
+        }
+    }
+    let mut text = String::new();
+    soup.points.iter().for_each(|p| text += &format!("v {:.6} {:.6} {:.6}\n", p.x, p.y, p.z));
+    let line = |corners: &[u32]| {
+        let names: Vec<String> = corners.iter().map(|v| (v + 1).to_string()).collect();
+        format!("f {}\n", names.join(" "))
+    };
+    quads.iter().for_each(|quad| text += &line(quad));
+    let left = single.values().filter(|t| t[0] < t[1] && t[0] < t[2]);
+    left.for_each(|triangle| text += &line(triangle));
+    let document = Document::parse(text.clone().into_bytes(), Some("obj")).unwrap();
+    assert_eq!(document.triangles().len(), soup.triangles.len());
+    let pairs = quads.iter().zip(document.triangles().chunks(2));
+    let clipped = pairs.filter(|(quad, pair)| pair.iter().any(|triangle| !triangle.contains(&quad[0])));
+    assert!(clipped.count() > 20);
+    let workshop = Workshop::new(PROGRAM);
+    workshop.write("quads.obj", &text);
+    workshop.line("embed quads.obj --preset robust").text();
+    let detect = |suspect: &str| {
+        let line = format!("detect {suspect} --original quads.obj --key quads.key --json");
+        let answer = workshop.line(&line).json();
+        (answer["log10_p"].as_f64().unwrap(), answer["variant"]["resampling"] == true)
+    };
+    // The same polygons are the same connectivity, however positions would have them split.
+    let (log10_p, by_surface) = detect("quads-marked.obj");
+    assert!(log10_p < -100.0 && !by_surface, "{log10_p} {by_surface}");
+    // Somebody else splits them the other way.
+    workshop.line("attack quads-marked.obj -o triangles.stl reorder").text();
+    assert!(detect("triangles.stl").0 < -30.0);
+    let compared = workshop.line("compare quads.obj quads-marked.obj --json").json();
+    assert!(compared["vertex_rms"].is_number(), "{compared}");
 }

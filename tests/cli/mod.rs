@@ -8,6 +8,7 @@ mod evidence;
 mod foreign;
 mod keys;
 mod meshes;
+mod names;
 mod outputs;
 mod prepared;
 mod shared;

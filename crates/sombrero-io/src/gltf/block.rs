@@ -73,22 +73,27 @@ impl Block {
         }
     }
 
-    /// Stretches of points that cover `elements`, in order, each with the one placement that they have.
-    pub(super) fn stretches(&self, elements: &[u32]) -> Vec<(Range<u32>, Placement)> {
+    /// Stretches of points that cover `elements`, in order, each with the one placement that they have. Where there would be
+    /// more than `most`, one takes all of them for such as have the placement of the first.
+    pub(super) fn stretches(&self, elements: &[u32], most: usize) -> Vec<(Range<u32>, Placement)> {
         let first = self.first as u32;
-        let stretch =
-            |least: u32, largest: u32| (first + least..first + largest + 1, *self.placement(least as usize));
+        let stretch = |least: u32, largest: u32| {
+            (first + least..first + largest + 1, *self.placement(least as usize))
+        };
+        let whole = || elements.iter().min().zip(elements.iter().max());
         if self.which.is_empty() {
-            let ends = elements.iter().min().zip(elements.iter().max());
-            return ends.map(|(least, largest)| stretch(*least, *largest)).into_iter().collect();
+            return whole().map(|(least, largest)| stretch(*least, *largest)).into_iter().collect();
         }
         let mut sorted = elements.to_vec();
         sorted.sort_unstable();
         sorted.dedup();
         let which = |element: u32| self.which.get(element as usize).copied().unwrap_or(0);
         let alike = |a: &u32, b: &u32| (*a..=*b).all(|element| which(element) == which(*a));
-        let chunks = sorted.chunk_by(alike).filter_map(|chunk| chunk.first().zip(chunk.last()));
-        chunks.map(|(least, largest)| stretch(*least, *largest)).collect()
+        let ends = || sorted.chunk_by(alike).filter_map(|chunk| chunk.first().zip(chunk.last()));
+        if ends().nth(most).is_some() {
+            return whole().map(|(least, largest)| stretch(*least, *largest)).into_iter().collect();
+        }
+        ends().map(|(least, largest)| stretch(*least, *largest)).collect()
     }
 }
 

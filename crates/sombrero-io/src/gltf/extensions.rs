@@ -14,7 +14,7 @@ const KNOWN: &[&str] = &[
     "ADOBE_materials_*",
     "NV_materials_mdl",
     "FB_materials_modmap",
-    "KHR_techniques_webgl",
+    "KHR_technique*",
     "KHR_texture_*",
     "EXT_texture_*",
     "MSFT_texture_dds",

@@ -29,7 +29,7 @@ use crate::error::{ParseError, Place};
 use crate::input::Source;
 use crate::notes;
 use crate::parsed::Parsed;
-use crate::placement::Placement;
+use crate::placement::{MOST_SHOWN, Placement};
 use crate::polygon;
 
 const TRIANGLES: u32 = 4;
@@ -175,6 +175,8 @@ pub(super) struct Reader<'a> {
     repeated: u64,
     shading: Shading,
     places: Places,
+    /// How many stretches of points may still be told apart, since each takes more memory than a corner does in the file.
+    stretches_left: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -198,6 +200,7 @@ impl<'a> Reader<'a> {
             repeated: 0,
             shading: Shading::default(),
             places: Places::default(),
+            stretches_left: MOST_SHOWN / 64,
         }
     }
 
@@ -310,7 +313,9 @@ impl<'a> Reader<'a> {
                 *slot = point;
             }
         }
-        Ok(block.stretches(elements))
+        let stretches = block.stretches(elements, self.stretches_left);
+        self.stretches_left = self.stretches_left.saturating_sub(stretches.len());
+        Ok(stretches)
     }
 
     /// The positions of a `POSITION` accessor, read now if they are new.

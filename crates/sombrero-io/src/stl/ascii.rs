@@ -193,12 +193,14 @@ impl<'a> Reader<'a> {
         loop {
             let before = self.words.at();
             let Some(word) = self.words.word() else { return Ok(()) };
-            let more = ["endloop", "endfacet", "end", "loop"].iter().any(|keyword| self.is(&word, keyword));
+            // `end solid` ends more than the facet.
+            let is_end = self.is(&word, "end") && !self.next_is("solid");
+            let more = is_end || ["endloop", "endfacet", "loop"].iter().any(|keyword| self.is(&word, keyword));
             if !more && !(ends && self.is(&word, "facet") && self.is_behind_end(before)) {
                 self.back_to::<()>(before);
                 return Ok(());
             }
-            ends = self.is(&word, "end");
+            ends = is_end;
         }
     }
 
@@ -427,6 +429,8 @@ mod tests {
         let document = read(text, "stl");
         assert_eq!(document.format(), Format::StlAscii, "{text}");
         assert_eq!(document.triangles().len(), facets, "{text}");
+        let has_end = text.to_lowercase().replace("end solid", "endsolid").contains("endsolid");
+        assert_eq!(document.notes().is_empty(), has_end, "{text}");
         let mut points = document.points().to_vec();
         points[1].x = 2.5;
         let bytes = String::from_utf8(document.with_points(&points).unwrap()).unwrap();

@@ -38,7 +38,7 @@ pub(super) fn run(
 
 /// What became of several files.
 const WORDS: Words =
-    Words { role: "input", outcomes: [Some("marked"), Some("kept from before"), None], failed: "refused" };
+    Words { role: "input", outcomes: [Some("marked"), Some("kept"), None], failed: "refused" };
 
 /// The name of the copy of `input`, which no other one has.
 fn name(input: &Input, folder: &Path, taken: &mut BTreeSet<PathBuf>) -> Result<PathBuf, Failure> {
