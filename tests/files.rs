@@ -186,8 +186,7 @@ fn shared_positions() -> (Vec<u8>, [Isometry3<f64>; 2]) {
         .collect();
     let count = bin.len() / 12;
     let mut views = vec![json!({"buffer": 0, "byteLength": bin.len()})];
-    let mut accessors =
-        vec![json!({"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"})];
+    let mut accessors = vec![json!({"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"})];
     let (mut meshes, mut nodes, mut first) = (Vec::new(), Vec::new(), 0);
     for (body, place) in bodies.iter().zip(&places) {
         let start = bin.len();

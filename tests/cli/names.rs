@@ -1,7 +1,7 @@
 //! What people type, and what they meant by it: names that follow from others, words that are nearly right, folders and lists
 //! as they have them.
 
-use crate::shared::{MADE, arguments, assert_holds, misused, refused, workshop};
+use super::shared::{MADE, arguments, assert_holds, misused, refused, workshop};
 use serde_json::{Value, json};
 use sombrero::io::{Document, Format, encode};
 use sombrero::shapes;
@@ -175,10 +175,7 @@ fn what_is_no_file_of_its_kind_is_called_what_it_is() {
         ("detect marked.obj --original original.obj --key folder", ["folder: a folder", "`embed` wrote"]),
         ("verify folder --original original.obj", ["folder: a folder", "a key or a report"]),
         ("embed original.obj --secret-file folder", ["folder: a folder", "64 hexadecimal digits"]),
-        (
-            "embed original.obj --recipients folder --out-dir out",
-            ["folder: a folder", "column `recipient`"],
-        ),
+        ("embed original.obj --recipients folder --out-dir out", ["folder: a folder", "column `recipient`"]),
     ] {
         refused(&workshop, &arguments(line), &words);
     }

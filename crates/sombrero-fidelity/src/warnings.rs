@@ -119,8 +119,7 @@ mod tests {
         };
         let said = all.warnings();
         assert_eq!(said.len(), 5, "{said:#?}");
-        let figures =
-            ["1.18 degrees", "0.72 %", "0.8 becomes 0.06", "3 pairs of faces cross", "0.0124"];
+        let figures = ["1.18 degrees", "0.72 %", "0.8 becomes 0.06", "3 pairs of faces cross", "0.0124"];
         assert!(figures.iter().zip(&said).all(|(figure, said)| said.contains(figure)), "{said:#?}");
     }
 

@@ -77,9 +77,8 @@ impl Block {
     /// more than `most`, one takes all of them for such as have the placement of the first.
     pub(super) fn stretches(&self, elements: &[u32], most: usize) -> Vec<(Range<u32>, Placement)> {
         let first = self.first as u32;
-        let stretch = |least: u32, largest: u32| {
-            (first + least..first + largest + 1, *self.placement(least as usize))
-        };
+        let stretch =
+            |least: u32, largest: u32| (first + least..first + largest + 1, *self.placement(least as usize));
         let whole = || elements.iter().min().zip(elements.iter().max());
         if self.which.is_empty() {
             return whole().map(|(least, largest)| stretch(*least, *largest)).into_iter().collect();

@@ -195,8 +195,9 @@ impl<'a> Reader<'a> {
             let Some(word) = self.words.word() else { return Ok(()) };
             // `end solid` ends more than the facet.
             let is_end = self.is(&word, "end") && !self.next_is("solid");
-            let more = is_end || ["endloop", "endfacet", "loop"].iter().any(|keyword| self.is(&word, keyword));
-            if !more && !(ends && self.is(&word, "facet") && self.is_behind_end(before)) {
+            let more =
+                is_end || ["endloop", "endfacet", "loop"].iter().any(|keyword| self.is(&word, keyword));
+            if !(more || ends && self.is(&word, "facet") && self.is_behind_end(before)) {
                 self.back_to::<()>(before);
                 return Ok(());
             }
