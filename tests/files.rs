@@ -51,7 +51,7 @@ fn a_buffer_beside_a_gltf_gets_a_copy_beside_the_marked_one() {
 }
 
 #[test]
-fn a_copys_buffer_never_replaces_the_originals() {
+fn the_buffer_of_a_copy_never_replaces_the_originals() {
     let workshop = workshop("vase%20data.bin");
     for (output, words) in
         [("vase data.gltf", "would replace an input"), ("k.gltf", "two outputs have the same name")]
