@@ -189,10 +189,9 @@ impl<'a, E: Examiner> Search<'a, E> {
         let (original, suspect) = (self.original, &self.suspect.soup);
         let upright = similar(original, suspect, self.options.registration, &mut whole.seconds)?;
         let (trusted, limit) = (upright.is_trusted(), upright.limit_of_mirror_image());
-        if whole.is_shared()
-            && !trusted
-            && (self.look_in_mirror(limit)? || self.look_at_surfaces_of_parts()?)
-        {
+        // What is found needs no other look, so that each kind of look is at one thing, which the shape decides.
+        let others = whole.is_shared() && !whole.is_found();
+        if others && !trusted && (self.look_in_mirror(limit)? || self.look_at_surfaces_of_parts()?) {
             return Ok(());
         }
         let poses =
@@ -209,7 +208,7 @@ impl<'a, E: Examiner> Search<'a, E> {
 
     /// Looks at the mirror image where its fit is not worse than `limit`. Whether the mark is certain.
     fn look_in_mirror(&mut self, limit: f64) -> Result<bool, E::Error> {
-        if self.is_spent() {
+        if self.is_spent() || self.has_looked(Look::Mirrored) {
             return Ok(false);
         }
         let mut tally = self.tally(Look::Mirrored);
@@ -219,12 +218,13 @@ impl<'a, E: Examiner> Search<'a, E> {
         Ok(self.close(tally, Vec::new()))
     }
 
+    fn has_looked(&self, look: Look) -> bool {
+        self.done.looks.iter().any(|done| done.look == look)
+    }
+
     /// Looks at components whose surfaces fit parts, unless their vertices did.
     fn look_at_surfaces_of_parts(&mut self) -> Result<bool, E::Error> {
-        if self.is_spent()
-            || self.options.resampling == When::Never
-            || self.done.looks.iter().any(|done| done.look == Look::Parts)
-        {
+        if self.is_spent() || self.options.resampling == When::Never || self.has_looked(Look::Parts) {
             return Ok(false);
         }
         let components = self.components();
