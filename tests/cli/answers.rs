@@ -107,7 +107,7 @@ fn embed_says_what_it_did() {
             ("vertices", |v| v == 642),
             ("faces", |v| v == 1280),
             ("coefficients", |v| v.as_u64().is_some_and(|m| (16..=1024).contains(&m))),
-            ("epsilon", |v| v == 0.004),
+            ("epsilon", |v| v == 0.0038),
             ("basis", |v| v == "field"),
             ("distortion", object),
             ("seconds", |v| !v.is_null()),

@@ -131,7 +131,7 @@ fn a_key_that_is_no_small_file_is_refused() {
     let workshop = workshop();
     std::fs::create_dir(workshop.path("folder.key")).unwrap();
     std::fs::File::create(workshop.path("huge.key")).unwrap().set_len(1 << 40).unwrap();
-    assert_no_key(&workshop, "folder.key", &["not a regular file"]);
+    assert_no_key(&workshop, "folder.key", &["a folder"]);
     assert_no_key(&workshop, "huge.key", &["larger"]);
     assert_no_key(&workshop, "missing.key", &["check the path"]);
     assert_no_key(&workshop, "/dev/zero", &["not a regular file"]);
