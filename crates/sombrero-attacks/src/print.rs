@@ -192,9 +192,9 @@ mod tests {
                 };
                 soup.triangles.iter().map(area).sum::<f64>()
             };
-            // Holes and base take some, roughness adds some.
+            // Holes and base take some, steps and roughness add some.
             let share = area(&scan) / area(&soup);
-            assert!((0.85..1.05).contains(&share), "{share}");
+            assert!((0.85..1.4).contains(&share), "{share}");
         }
     }
 

@@ -113,13 +113,18 @@ fn renumbered(soup: &Soup) -> Soup {
     Soup::new(moved.collect(), triangles.collect())
 }
 
-/// The sphere with holes that no other numbering has: a whole one can be numbered in more ways than are tried.
-#[test]
-fn renumbered_vertices_are_told_by_the_connectivity() {
+fn with_holes() -> Soup {
     let mut shape = bumpy_sphere(400);
     for hole in [131, 130, 50, 7] {
         shape.triangles.remove(hole);
     }
+    shape
+}
+
+/// The sphere with holes that no other numbering has: a whole one can be numbered in more ways than are tried.
+#[test]
+fn renumbered_vertices_are_told_by_the_connectivity() {
+    let shape = with_holes();
     let original = original(&shape);
     let mut marked = original.model().soup().clone();
     let w: Vec<f64> = (0..20).map(|i| f64::from(i % 3) - 1.0).collect();
@@ -130,7 +135,8 @@ fn renumbered_vertices_are_told_by_the_connectivity() {
     let suspect = original.suspect(&renumbered(&marked));
     assert_eq!(suspect.correspondence, None);
     let (counted, renumbered) = look_with(&original, &suspect, without_surfaces(), 0.0).unwrap();
-    assert_eq!(counted, A_ROUTE);
+    // Its mirror image might have followed, which costs a 63rd.
+    assert_eq!(counted, (A_ROUTE * 64).div_ceil(63));
     assert!(renumbered.seen.iter().all(|seen| !seen.resampling));
     let (_, stored) = look_with(&original, &original.suspect(&marked), without_surfaces(), 0.0).unwrap();
     assert_eq!(renumbered.coefficients.len(), stored.coefficients.len());
@@ -207,18 +213,20 @@ fn laid_elsewhere(soup: &Soup) -> Soup {
 
 #[test]
 fn a_mirror_image_is_told_by_its_vertices() {
-    let soup = bumpy_sphere(400);
-    let marked = marked(&ORIGINAL);
-    for flip in [true, false] {
+    let original = original(&with_holes());
+    let marked = marked(&original);
+    let (_, upright) = look_with(&original, &original.suspect(&marked), without_surfaces(), 0.0).unwrap();
+    // With its faces turned round, and stored as they were.
+    for turned in [true, false] {
         let mut image = mirrored(&marked);
-        if !flip {
-            image.triangles = soup.triangles.clone();
+        if !turned {
+            image.triangles.clone_from(&marked.triangles);
         }
-        let (counted, examiner) = look(&ORIGINAL.suspect(&image), SearchOptions::default(), 0.0).unwrap();
-        assert_eq!((counted % A_ROUTE, examiner.seen.len() % 4), (0, 0));
+        let suspect = original.suspect(&image);
+        assert_eq!(suspect.correspondence.is_none(), turned);
+        let (_, examiner) = look_with(&original, &suspect, without_surfaces(), 0.0).unwrap();
         let pose = examiner.seen[0].pose.unwrap();
         assert!(pose.matrix().fixed_view::<3, 3>(0, 0).determinant() < 0.0);
-        let (_, upright) = look(&ORIGINAL.suspect(&marked), SearchOptions::default(), 0.0).unwrap();
         for (a, b) in examiner.coefficients[0].iter().zip(&upright.coefficients[0]) {
             assert!((a - b).abs() < 1e-6, "{a} {b}");
         }
@@ -227,14 +235,14 @@ fn a_mirror_image_is_told_by_its_vertices() {
 
 #[test]
 fn a_mirror_image_is_told_by_its_surface() {
-    let other = mirrored(&bumpy_sphere(1500));
-    let original = original(&bumpy_sphere(1700));
-    let looks = looks(&original, &other);
-    let mirrored = looks.iter().find(|looked| looked.look == Look::Mirrored).unwrap();
-    assert!(mirrored.examiner.seen.iter().all(|seen| seen.resampling && seen.look == Look::Mirrored));
-    // As far as two tessellations of a surface without a mark agree.
-    let largest = mirrored.examiner.coefficients[0].iter().fold(0.0, |m: f64, w| m.max(w.abs()));
-    assert!(largest < 1.0, "{largest}");
+    let other = bumpy_sphere(1500);
+    let looks = looks(&original(&bumpy_sphere(1700)), &mirrored(&other));
+    let found = looks.iter().find(|looked| looked.look == Look::Mirrored).unwrap();
+    assert!(found.examiner.seen.iter().all(|seen| seen.resampling && seen.look == Look::Mirrored));
+    let pose = found.examiner.seen[0].pose.unwrap();
+    let off = |(p, image): (&Point3<f64>, &Point3<f64>)| (pose * image - p).norm();
+    let worst = other.points.iter().zip(&mirrored(&other).points).map(off).fold(0.0, f64::max);
+    assert!(worst < 0.02, "{worst}");
 }
 
 #[test]
