@@ -199,11 +199,10 @@ fn a_file_without_faces_cannot_be_marked() {
     }
     for name in ["points.obj", "points.ply", "points.off"] {
         refused(&workshop, &arguments(&format!("attack {name} -o out noise:amplitude=0.1")), &[name, "face"]);
-        let line = format!(
-            "detect {name} --original original.obj --key mark.key --method paper --registration never --resampling never"
-        );
-        refused(&workshop, &arguments(&line), &[name, "face"]);
     }
+    // Points are a cloud, which the method of the paper has no use for; a few of them are nothing at all.
+    let line = "detect points.obj --original original.obj --key mark.key";
+    refused(&workshop, &arguments(line), &["points.obj", "face"]);
 }
 
 #[test]

@@ -122,9 +122,7 @@ fn what_is_missing_is_named() {
     let workshop = workshop();
     for (line, words) in [
         ("embed", &["INPUT"][..]),
-        ("embed original.obj", &["--output", "--key", "--out-dir"]),
         ("embed original.obj --recipients list.csv", &["--out-dir"]),
-        ("embed original.obj -o out.obj", &["--key"]),
         ("detect marked.obj", &["--original", "--key"]),
         ("attack original.obj -o out.obj", &["SPEC"]),
         ("attack original.obj none", &["--output"]),
