@@ -255,7 +255,7 @@ pub(crate) fn read_small(path: &Path, most: u64, what: &str) -> Result<Vec<u8>, 
     }
     match read_bytes(path, limits) {
         Err(ReadError::NotAFile { .. }) => {
-            let found = if path.is_dir() { "a folder" } else { "not a regular file" };
+            let found = if path.is_dir() { "a folder, not a regular file" } else { "not a regular file" };
             Err(Failure::new("read", format!("{}: {found}; give the path of {what}", path.display())))
         }
         read => Ok(read?),

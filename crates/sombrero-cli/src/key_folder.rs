@@ -27,12 +27,16 @@ impl Skipped {
         Self { key: path.display().to_string(), reason: reason.to_string() }
     }
 
+    fn sentence(&self) -> String {
+        format!("{}: {}", self.key, self.reason)
+    }
+
     /// For people: keys that were left out for the same reason are one line.
     pub(crate) fn rows(skipped: &[Self]) -> Table {
         let reasons = reasons(skipped);
         let more: usize = reasons.iter().skip(MOST_SHOWN).map(|(_, keys)| keys.len()).sum();
         let line = |(reason, keys): &(&str, Vec<&str>)| match keys.as_slice() {
-            [key] => format!("{key}: {reason}"),
+            [key] => skipped.iter().find(|s| s.key == **key).map_or_else(String::new, Self::sentence),
             keys => format!("{} keys: {reason}", keys.len()),
         };
         Table::default()
@@ -41,11 +45,12 @@ impl Skipped {
     }
 }
 
-/// The reasons, each with the keys that it holds for, in the order of the first.
+/// The reasons, each with the keys that it holds for, in the order of the first. What follows a colon is of one key alone.
 fn reasons(skipped: &[Skipped]) -> Vec<(&str, Vec<&str>)> {
     let mut places: HashMap<&str, usize> = HashMap::new();
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for Skipped { key, reason } in skipped {
+        let reason = reason.split(": ").next().unwrap_or(reason);
         let place = *places.entry(reason).or_insert(reasons.len());
         match reasons.get_mut(place) {
             Some((_, keys)) => keys.push(key),

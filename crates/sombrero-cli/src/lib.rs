@@ -107,7 +107,7 @@ fn suggestion(error: &clap::Error) -> Option<String> {
         let typed = text(ContextKind::InvalidSubcommand)?.to_lowercase();
         OTHER_NAMES.iter().find(|(name, _)| *name == typed).map(|(_, known)| (*known).to_owned())
     };
-    let kinds = [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg, ContextKind::SuggestedValue];
+    let kinds = [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg];
     other().or_else(|| kinds.into_iter().find_map(text))
 }
 
