@@ -9,36 +9,36 @@ use std::ops::Range;
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
-use super::accessor::{Accessors, Holds, buffers_of};
+use super::accessor::{Accessors, Holds};
+use super::attributes::attributes;
 use super::block::{Block, Bounds};
 use super::buffers::Buffers;
 use super::claims::Claims;
 use super::container::Container;
 use super::elements::{Component, Elements, Key};
-use super::error::{again_and_again, compressed, malformed, overlapping};
+use super::error::{again_and_again, malformed, overlapping};
 use super::extensions;
 use super::json::{Accessor, Primitive, Root, Shape, spans_of_three};
+use super::needed::{left_alone, needed_buffers};
 use super::overlaps::{Overlaps, Part};
 use super::places::Places;
 use super::scene::{self, Shown};
 use super::shading::Shading;
 use super::write::Layout;
-use crate::attributes::Attributes;
 use crate::coordinate::is_finite;
 use crate::error::{ParseError, Place};
 use crate::input::Source;
-use crate::notes;
 use crate::parsed::Parsed;
 use crate::placement::{MOST_SHOWN, Placement};
 use crate::polygon;
 
-const TRIANGLES: u32 = 4;
+pub(super) const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
 
 impl Primitive {
     /// Whether it is a surface that is read.
-    fn is_surface(&self) -> bool {
+    pub(super) fn is_surface(&self) -> bool {
         self.mode >= TRIANGLES && self.attributes.position.is_some()
     }
 
@@ -96,50 +96,6 @@ pub(super) fn read(
         companions: buffers.companions,
         ..Parsed::new(format, soup, attributes(root), layout)
     })
-}
-
-/// The buffers that hold geometry of the meshes that are shown.
-fn needed_buffers(root: &Root<'_>, shown: &[Shown]) -> Result<BTreeSet<u32>, ParseError> {
-    let placed = shown.iter().filter(|s| s.placement.is_some());
-    let meshes: BTreeSet<usize> = placed.map(|s| s.mesh).collect();
-    let mut buffers = BTreeSet::new();
-    for Shown { bind, instances, .. } in shown {
-        let copies = instances.map(|a| [a.translation, a.rotation, a.scale]).into_iter().flatten();
-        for accessor in copies.chain([*bind]).flatten() {
-            buffers.extend(buffers_of(root, accessor)?);
-        }
-    }
-    let primitives = meshes.iter().filter_map(|m| root.meshes.get(*m)).flat_map(|m| &m.primitives);
-    let mut seen = HashSet::new();
-    for primitive in primitives.filter(|p| p.is_surface()) {
-        if primitive.extensions.draco.is_some() {
-            return Err(compressed("KHR_draco_mesh_compression"));
-        }
-        let vertices = &primitive.attributes;
-        let accessors = [vertices.position, primitive.indices, vertices.normal, vertices.tangent];
-        for accessor in accessors.into_iter().flatten().filter(|a| seen.insert(*a)) {
-            buffers.extend(buffers_of(root, accessor)?);
-        }
-    }
-    Ok(buffers)
-}
-
-/// Sentences about the meshes that are not read.
-fn left_alone(root: &Root<'_>, shown: &[Shown]) -> Vec<String> {
-    const UNSEEN: u8 = 0;
-    const FLAT: u8 = 1;
-    const READ: u8 = 2;
-    let mut states = vec![UNSEEN; root.meshes.len()];
-    for shown in shown {
-        if let Some(state) = states.get_mut(shown.mesh) {
-            *state = (*state).max(if shown.placement.is_some() { READ } else { FLAT });
-        }
-    }
-    let of = |state: u8| states.iter().filter(|s| **s == state).count();
-    let meshes = |count, which| notes::unmarked(count, ["mesh", "meshes"], which);
-    let unseen = meshes(of(UNSEEN), "that no scene shows");
-    let flat = meshes(of(FLAT), "that a node scales to nothing or beyond all numbers");
-    unseen.into_iter().chain(flat).collect()
 }
 
 /// A primitive: its block and which of its elements, its indices and its mode.
@@ -523,55 +479,4 @@ fn stored(accessors: &Accessors<'_>, elements: &Elements, element: usize) -> Poi
 /// A position that is one, put beyond all numbers by the nodes.
 fn out_of_bounds(vertex: usize) -> ParseError {
     ParseError::NonFinite { place: Place::Element { name: "vertex".into(), index: vertex } }
-}
-
-/// What the file holds beside positions and faces.
-fn attributes(root: &Root<'_>) -> Attributes {
-    let mut names = Attributes::default();
-    for primitive in root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
-        note_vertices(primitive, &mut names);
-        match primitive.mode {
-            0 => names.note("points"),
-            1..TRIANGLES => names.note("lines"),
-            _ => {}
-        }
-        if primitive.material.is_some() {
-            names.note("materials");
-        }
-        if !primitive.targets.is_empty() {
-            names.note("morph targets");
-        }
-    }
-    let nodes = &root.nodes;
-    let others = [
-        ("materials", !root.materials.is_empty()),
-        ("images", !root.images.is_empty()),
-        ("skins", !root.skins.is_empty() || nodes.iter().any(|n| n.skin.is_some())),
-        ("animations", !root.animations.is_empty()),
-        ("cameras", !root.cameras.is_empty()),
-        ("lights", root.extensions.lights.is_some()),
-        ("instances", nodes.iter().any(|n| n.extensions.instances.is_some())),
-    ];
-    others.iter().filter(|(_, there)| *there).for_each(|(name, _)| names.note(name));
-    names
-}
-
-fn note_vertices(primitive: &Primitive, names: &mut Attributes) {
-    let vertices = &primitive.attributes;
-    if vertices.normal.is_some() {
-        names.note("normals");
-    }
-    if vertices.tangent.is_some() {
-        names.note("tangents");
-    }
-    for name in &vertices.others {
-        let common = [
-            ("TEXCOORD_", "texture coordinates"),
-            ("COLOR_", "colours"),
-            ("JOINTS_", "skins"),
-            ("WEIGHTS_", "skins"),
-        ];
-        let known = common.iter().find(|(prefix, _)| name.starts_with(prefix));
-        names.note(known.map_or(name, |(_, common)| common));
-    }
 }

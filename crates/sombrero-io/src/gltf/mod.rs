@@ -13,6 +13,7 @@
 //! missing or outside the folder, required extensions that are not known, and claims that the bytes do not bear out.
 
 mod accessor;
+mod attributes;
 mod block;
 mod buffers;
 mod claims;
@@ -24,6 +25,7 @@ mod extensions;
 mod geometry;
 mod json;
 mod loose;
+mod needed;
 mod overlaps;
 mod patches;
 mod places;
