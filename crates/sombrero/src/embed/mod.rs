@@ -32,7 +32,7 @@ use sombrero_watermark::Secret;
 /// let file = encode(Format::Obj, &shapes::bumpy_sphere(2000))?;
 /// let original = Document::parse(file, None)?;
 /// let marked = embed(&original, Secret([1; 32]), &EmbedOptions::default())?;
-/// assert!(marked.report.distortion.relative_rms < 0.002);
+/// assert!(marked.report.fidelity.is_some_and(|fidelity| fidelity.normals_rms < 0.3));
 /// assert!(marked.report.log10_p < -100.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
