@@ -18,16 +18,18 @@ const ITERATIONS: usize = 40;
 /// More changes than these would take more memory than the basis.
 const MOST: usize = 20_000_000;
 
-/// The basis at this gain with each function times its factor; `None` where there are too many walls.
-pub(super) fn limited(basis: &Basis, walls: &Walls, gain: f64) -> Option<Basis> {
+/// What each function uses of the pairs that it changes, as shares of what is allowed; `None` where there are too many.
+pub(super) fn changes(basis: &Basis, walls: &Walls) -> Option<Vec<Vec<(u32, f64)>>> {
     let changes = walls.changes(basis);
-    if changes.iter().map(Vec::len).sum::<usize>() > MOST {
-        return None;
-    }
-    let squared = |row: Vec<(u32, f64)>| row.into_iter().map(|(p, share)| (p, gain * gain * share * share));
-    let uses: Vec<Vec<(u32, f64)>> = changes.into_iter().map(|row| squared(row).collect()).collect();
-    let factors = factors(&uses, walls.pairs.len());
-    Some(scaled(basis, |i, _| gain * factors[i].sqrt()))
+    (changes.iter().map(Vec::len).sum::<usize>() <= MOST).then_some(changes)
+}
+
+/// The basis at this gain with each function times its factor.
+pub(super) fn limited(basis: &Basis, changes: &[Vec<(u32, f64)>], pairs: usize, gain: f64) -> Basis {
+    let squared = |(p, share): &(u32, f64)| (*p, gain * gain * share * share);
+    let uses: Vec<Vec<(u32, f64)>> = changes.iter().map(|row| row.iter().map(squared).collect()).collect();
+    let factors = factors(&uses, pairs);
+    scaled(basis, |i, _| gain * factors[i].sqrt())
 }
 
 /// u, given for each function its a_pi.

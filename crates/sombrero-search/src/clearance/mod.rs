@@ -44,9 +44,12 @@ pub(crate) fn kept_apart(
     if !walls.bind(1.0) {
         return None;
     }
+    let links = points::links(assembly, coupling, &walls.pairs, side);
+    let changes = functions::changes(basis, &walls);
     let limited = |gain: f64| {
-        let by_point = points::limited(basis, assembly, coupling, side, &walls, gain);
-        let Some(by_function) = functions::limited(basis, &walls, gain) else { return by_point };
+        let by_point = points::limited(basis, &walls, &links, gain);
+        let Some(changes) = &changes else { return by_point };
+        let by_function = functions::limited(basis, changes, walls.pairs.len(), gain);
         if left(&by_function, basis) >= left(&by_point, basis) { by_function } else { by_point }
     };
     let whole = Turning::of(basis, assembly);

@@ -17,15 +17,8 @@ use sombrero_mesh::{Edges, PlanarRegions};
 /// displacement.
 const SLOPE: f64 = 0.03;
 
-/// The basis at this gain with the functions of each point times its factor.
-pub(super) fn limited(
-    basis: &Basis,
-    assembly: &Assembly<'_>,
-    coupling: &Coupling,
-    side: f64,
-    walls: &Walls,
-    gain: f64,
-) -> Basis {
+/// The basis at this gain with the functions of each point times its factor, which spreads along `links`.
+pub(super) fn limited(basis: &Basis, walls: &Walls, links: &[Link], gain: f64) -> Basis {
     let mut factor = vec![1.0_f64; basis.vertex_count()];
     for (pair, share) in walls.pairs.iter().zip(&walls.shares) {
         if gain * share > 1.0 {
@@ -34,12 +27,13 @@ pub(super) fn limited(
         }
     }
     let unit = gain * walls.longest / SLOPE;
-    let factors = spread(&factor, &links(assembly, coupling, &walls.pairs, side, unit));
+    let links: Vec<Link> = links.iter().map(|link| Link { length: link.length / unit, ..*link }).collect();
+    let factors = spread(&factor, &links);
     scaled(basis, |_, point| gain * factors[point])
 }
 
-/// Along edges and between places that face each other, in ways of `unit`; without length where all is scaled alike.
-fn links(assembly: &Assembly<'_>, coupling: &Coupling, pairs: &[Facing], side: f64, unit: f64) -> Vec<Link> {
+/// Along edges and between places that face each other, in model units; without length where all is scaled alike.
+pub(super) fn links(assembly: &Assembly<'_>, coupling: &Coupling, pairs: &[Facing], side: f64) -> Vec<Link> {
     let Assembly { points, triangles, .. } = *assembly;
     let edges = Edges::new(points.len(), triangles);
     let regions = PlanarRegions::find(points, triangles, side);
@@ -47,13 +41,13 @@ fn links(assembly: &Assembly<'_>, coupling: &Coupling, pairs: &[Facing], side: f
     for (edge, face) in edges.of_side.iter().zip((0..triangles.len()).flat_map(|face| [face; 3])) {
         planar[*edge as usize] |= regions.of_face[face].is_some();
     }
-    let length = |[a, b]: [u32; 2]| (points[a as usize] - points[b as usize]).norm() / unit;
+    let length = |[a, b]: [u32; 2]| (points[a as usize] - points[b as usize]).norm();
     let along = edges.ends.iter().zip(planar);
     let along =
         along.map(|(ends, planar)| Link { ends: *ends, length: if planar { 0.0 } else { length(*ends) } });
     let across = pairs.iter().flat_map(|pair| {
         let first = pair.terms[0].0;
-        pair.terms[1..].iter().map(move |(v, _)| Link { ends: [first, *v], length: pair.distance / unit })
+        pair.terms[1..].iter().map(move |(v, _)| Link { ends: [first, *v], length: pair.distance })
     });
     let coupled = coupling
         .rows()
