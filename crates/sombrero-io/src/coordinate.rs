@@ -1,6 +1,7 @@
 //! Coordinates that can be stored.
 
 use nalgebra::Point3;
+use sombrero_mesh::Soup;
 
 use crate::error::WriteError;
 
@@ -22,6 +23,11 @@ pub(crate) fn check_finite(points: &[Point3<f64>]) -> Result<(), WriteError> {
 pub(crate) fn step_of_single(x: f64) -> f64 {
     let x = (x as f32).abs().min(f32::MAX / 2.0);
     f64::from(f32::from_bits(x.to_bits() + 1) - x)
+}
+
+/// The steps of a format that stores 32-bit floats, one for each vertex.
+pub(crate) fn steps_of_singles(soup: &Soup) -> Vec<f32> {
+    soup.points.iter().map(|p| step_of_single(p.coords.amax()) as f32).collect()
 }
 
 /// Whether all three coordinates are finite.

@@ -100,6 +100,9 @@ struct Fill {
 /// The binary and the decimal exponent of a number: programs round to so many bits or digits. Mantissas have neither.
 type Size = (i32, i32);
 
+/// That of mantissas.
+const MANTISSA: Size = (0, 0);
+
 /// How many numbers have so many decimals.
 type Counts = [f64; MOST + 1];
 
@@ -114,11 +117,8 @@ struct Exponent {
 /// What most of some numbers look like.
 #[derive(Debug, Default)]
 pub(crate) struct Survey {
-    plain: [usize; MOST + 1],
-    scientific: [usize; MOST + 1],
-    /// Likewise, by size.
-    plain_by_size: BTreeMap<Size, Counts>,
-    scientific_by_size: BTreeMap<Size, Counts>,
+    plain: BTreeMap<Size, Counts>,
+    scientific: BTreeMap<Size, Counts>,
     exponent: Option<Exponent>,
     largest: f64,
 }
@@ -126,7 +126,8 @@ pub(crate) struct Survey {
 impl Survey {
     /// Takes note of a number.
     pub(crate) fn add(&mut self, word: &[u8]) {
-        if let Some(value) = text::number(word).filter(|value| value.is_finite()) {
+        let value = text::number(word).unwrap_or(0.0);
+        if value.is_finite() {
             self.largest = self.largest.max(value.abs());
         }
         let at = word.iter().position(|byte| matches!(byte, b'e' | b'E'));
@@ -140,23 +141,20 @@ impl Survey {
                 let known = self.exponent.get_or_insert(Exponent { letter: *letter, plus, digits });
                 known.plus |= plus;
                 known.digits = known.digits.min(digits);
-                self.scientific[decimals] += 1;
-                self.scientific_by_size.entry(size(word, mantissa)).or_default()[decimals] += 1.0;
+                self.scientific.entry(MANTISSA).or_default()[decimals] += 1.0;
             }
-            [] => {
-                self.plain[decimals] += 1;
-                self.plain_by_size.entry(size(word, mantissa)).or_default()[decimals] += 1.0;
-            }
+            [] => self.plain.entry(size(value, word)).or_default()[decimals] += 1.0,
         }
     }
 
     /// What most look like, with more decimals if one step of the last is too much for displacements of `rms`.
     pub(crate) fn spelling(&self, how: Decimals, rms: f64, filling: Option<Filling>) -> Spelling {
-        let all = |counts: &[usize]| counts.iter().sum::<usize>();
+        let all = |counts: &BTreeMap<Size, Counts>| counts.values().flatten().sum::<f64>();
         let exponent = self.exponent.filter(|_| all(&self.scientific) > all(&self.plain));
-        let counts = if exponent.is_some() { &self.scientific } else { &self.plain };
+        let by_size = if exponent.is_some() { &self.scientific } else { &self.plain };
+        let count = |decimals: usize| by_size.values().map(|counts| counts[decimals]).sum::<f64>();
         // Of equally frequent ones the larger.
-        let own = (0..=MOST).max_by_key(|decimals| counts.get(*decimals)).unwrap_or(0);
+        let own = (0..=MOST).max_by(|a, b| count(*a).total_cmp(&count(*b))).unwrap_or(0);
         // A mantissa's last digit counts for as much as the largest number's.
         let mut step = 1.0;
         while exponent.is_some() && step * 10.0 <= self.largest {
@@ -171,7 +169,6 @@ impl Survey {
             Decimals::Number(number) => usize::from(number).min(MOST),
             _ => own.max(needed),
         };
-        let by_size = if exponent.is_some() { &self.scientific_by_size } else { &self.plain_by_size };
         let rounded = || by_size.iter().map(|(size, shown)| (*size, rounded(shown))).collect();
         let fill = filling.map(|filling| Fill { filling, largest: FILLED * rms, rounded: rounded() });
         Spelling { decimals, exponent, fill }
@@ -192,11 +189,9 @@ fn rounded(shown: &Counts) -> Counts {
     rounded
 }
 
-/// The size of a number, which has an exponent when its mantissa is shorter.
-fn size(word: &[u8], mantissa: &[u8]) -> Size {
-    let value = text::number(word).unwrap_or(0.0);
-    let binary = ((value.to_bits() >> 52) & 0x7ff) as i32;
-    if mantissa.len() < word.len() { (0, 0) } else { (binary, power(mantissa)) }
+/// The size of a number without exponent.
+fn size(value: f64, word: &[u8]) -> Size {
+    (((value.to_bits() >> 52) & 0x7ff) as i32, power(word))
 }
 
 /// The power of ten of the first digit of a number without exponent; 0 for zero.
@@ -242,7 +237,8 @@ impl Spelling {
             return value;
         }
         let [offset, level] = fill.filling.uniform(value);
-        let level = fill.level(size(word, mantissa), shown, level) as i32;
+        let size = if self.exponent.is_some() { MANTISSA } else { size(value, word) };
+        let level = fill.level(size, shown, level) as i32;
         // Decimals of a mantissa count from its first digit on.
         let first = if self.exponent.is_some() { exponent_of(value) } else { 0 };
         let unit = 10_f64.powi(first - level);
@@ -386,9 +382,9 @@ mod tests {
             (all[4] - 100.0).abs() < 1e-9 && all[3].abs() < 1e-9 && (all[2] - 10.0).abs() < 1e-9,
             "{all:?}"
         );
-        let fill = Fill { filling: Filling([7; 32]), largest: 1.0, rounded: [((0, 0), all)].into() };
-        assert_eq!(fill.level((0, 0), 3, 0.5), 4);
-        assert_eq!([0.0, 0.9, 0.92, 0.999].map(|u| fill.level((0, 0), 2, u)), [2, 2, 4, 4]);
+        let fill = Fill { filling: Filling([7; 32]), largest: 1.0, rounded: [(MANTISSA, all)].into() };
+        assert_eq!(fill.level(MANTISSA, 3, 0.5), 4);
+        assert_eq!([0.0, 0.9, 0.92, 0.999].map(|u| fill.level(MANTISSA, 2, u)), [2, 2, 4, 4]);
         // A mark as small as the file's own rounding is not hidden by more than itself.
         assert!(filled("1 2 3 4", 0.1).iter().all(|word| word.ends_with(".000")));
     }

@@ -343,14 +343,7 @@ fn encode(soup: &Soup) -> Vec<u8> {
         text::push_point(&mut out, point);
         out.push(b'\n');
     }
-    for triangle in &soup.triangles {
-        out.push(b'f');
-        for &corner in triangle {
-            out.push(b' ');
-            text::push_integer(&mut out, u64::from(corner) + 1);
-        }
-        out.push(b'\n');
-    }
+    text::push_triangles(&mut out, b'f', &soup.triangles, 1);
     out
 }
 

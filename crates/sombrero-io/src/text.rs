@@ -303,6 +303,18 @@ pub(crate) fn push_integer(out: &mut Vec<u8>, value: u64) {
     debug_assert!(written.is_ok(), "a Vec takes all that is written to it");
 }
 
+/// Appends a line for each triangle: this letter, and the numbers of its corners, counted from `first`.
+pub(crate) fn push_triangles(out: &mut Vec<u8>, letter: u8, triangles: &[[u32; 3]], first: u64) {
+    for triangle in triangles {
+        out.push(letter);
+        for &corner in triangle {
+            out.push(b' ');
+            push_integer(out, u64::from(corner) + first);
+        }
+        out.push(b'\n');
+    }
+}
+
 /// Appends three numbers with spaces between them.
 pub(crate) fn push_point(out: &mut Vec<u8>, point: &Point3<f64>) {
     for (axis, &value) in point.iter().enumerate() {

@@ -274,14 +274,7 @@ pub(super) fn encode(soup: &Soup) -> Vec<u8> {
         text::push_point(&mut out, point);
         out.push(b'\n');
     }
-    for triangle in &soup.triangles {
-        out.push(b'3');
-        for &corner in triangle {
-            out.push(b' ');
-            text::push_integer(&mut out, u64::from(corner));
-        }
-        out.push(b'\n');
-    }
+    text::push_triangles(&mut out, b'3', &soup.triangles, 0);
     out
 }
 

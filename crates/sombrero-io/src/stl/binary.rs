@@ -118,7 +118,7 @@ impl parsed::Layout for Layout {
     }
 
     fn steps(&self, soup: &Soup) -> Vec<f32> {
-        soup.points.iter().map(|p| coordinate::step_of_single(p.coords.amax()) as f32).collect()
+        coordinate::steps_of_singles(soup)
     }
 
     /// The file with new corners, and new normals where corners changed.
