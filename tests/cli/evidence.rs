@@ -39,6 +39,9 @@ fn demo_tells_the_whole_story() {
         let verified = workshop.line(&format!("verify show/{report}"));
         assert_holds(verified.text(), &["HOLDS: ", "every byte of its page"]);
     }
+
+    workshop.line("demo -o show --seed 4 --force --threads 1").text();
+    assert!(workshop.listing() == made, "one seed, one demo, whatever the threads");
 }
 
 #[test]
