@@ -9,6 +9,7 @@ mod nuisance;
 mod pooled;
 mod robust;
 mod square_root;
+mod sums;
 mod surface;
 mod system;
 mod vertices;

@@ -22,15 +22,11 @@
 //! its instructions at run time does not give.
 
 use crate::fields::Fields;
+use crate::sums::Sums;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 use nalgebra_sparse::CsrMatrix;
-use rayon::prelude::*;
 use sombrero_basis::Basis;
 
-/// Observations that one task sums up. The sums depend on it, so it is fixed.
-const CHUNK: usize = 8192;
-/// Rows of N that are kept at a time, four by four.
-const BLOCK: usize = 256;
 /// Standard deviation of N β beforehand, in units of the largest side.
 const DEFORMATION: f64 = 0.1;
 
@@ -95,113 +91,17 @@ impl MarkMatrix {
         row.col_indices().iter().zip(row.values()).map(|(&i, &phi)| self.steps[i] * (phi * w[i])).sum()
     }
 
-    /// The entries of n · B at an observation into `sums`, where all else is 0, and their places into `places`.
-    fn row(&self, o: &Observation, sums: &mut [f64], places: &mut Vec<usize>) {
-        places.clear();
-        if let Some(vectors) = &self.vectors {
-            for (&v, weight) in o.corners.iter().zip(o.weights).filter(|(_, weight)| *weight != 0.0) {
-                let row = vectors.row(v as usize);
-                let direction = o.direction * weight;
-                for (&i, d) in row.col_indices().iter().zip(row.values()) {
-                    places.push(i);
-                    sums[i] += d.dot(&direction);
-                }
-            }
-            places.sort_unstable();
-            places.dedup();
-            return;
-        }
+    /// The terms of n · B at an observation, column by column; a column may come once for each corner.
+    pub(crate) fn row(&self, o: &Observation, mut term: impl FnMut(usize, f64)) {
         for (&v, weight) in o.corners.iter().zip(o.weights).filter(|(_, weight)| *weight != 0.0) {
-            let row = self.rows.row(v as usize);
-            for (&i, &phi) in row.col_indices().iter().zip(row.values()) {
-                places.push(i);
-                sums[i] += weight * phi;
-            }
-        }
-        places.sort_unstable();
-        places.dedup();
-        places.iter().for_each(|&i| sums[i] *= self.steps[i].dot(&o.direction));
-    }
-}
-
-/// Sums over observations: the lower triangles of AᵀWA, and AᵀWr; B's part first.
-struct Sums {
-    matrix: DMatrix<f64>,
-    right: DVector<f64>,
-}
-
-impl Sums {
-    fn new(columns: usize) -> Self {
-        Self { matrix: DMatrix::zeros(columns, columns), right: DVector::zeros(columns) }
-    }
-
-    fn of(mark_matrix: &MarkMatrix, fields: &Fields, observations: &[Observation], weights: &[f64]) -> Self {
-        let (m, k) = (mark_matrix.coefficients(), fields.columns());
-        let chunks = observations.par_chunks(CHUNK).zip(weights.par_chunks(CHUNK));
-        let parts: Vec<Self> = chunks.map(|(o, w)| Self::of_chunk(mark_matrix, fields, o, w)).collect();
-        parts.into_iter().fold(Self::new(m + k), |mut sum, part| {
-            sum.matrix += part.matrix;
-            sum.right += part.right;
-            sum
-        })
-    }
-
-    fn of_chunk(
-        mark_matrix: &MarkMatrix,
-        fields: &Fields,
-        observations: &[Observation],
-        weights: &[f64],
-    ) -> Self {
-        let (m, k) = (mark_matrix.coefficients(), fields.columns());
-        let mut out = Self::new(m + k);
-        let (mut sums, mut places) = (vec![0.0; m], Vec::new());
-        let mut rows = Vec::with_capacity(BLOCK * k);
-        let mut nuisance = vec![0.0; k];
-        for (o, &weight) in observations.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
-            fields.row(o.corners, o.weights, &o.direction, &mut nuisance);
-            mark_matrix.row(o, &mut sums, &mut places);
-            out.add_sparse(&sums, &places, &nuisance, weight, o.offset);
-            places.iter().for_each(|&i| sums[i] = 0.0);
-            let root = weight.sqrt();
-            rows.extend(nuisance.iter().map(|x| x * root));
-            if rows.len() == BLOCK * k {
-                out.add_dense(&rows, m, k);
-                rows.clear();
-            }
-        }
-        out.add_dense(&rows, m, k);
-        out
-    }
-
-    /// All terms with B, and the right-hand side.
-    fn add_sparse(&mut self, b: &[f64], places: &[usize], n: &[f64], weight: f64, offset: f64) {
-        let m = b.len();
-        for (at, &i) in places.iter().enumerate() {
-            let x = b[i] * weight;
-            let mut column = self.matrix.column_mut(i);
-            let column = column.as_mut_slice();
-            places[at..].iter().for_each(|&j| column[j] += x * b[j]);
-            column[m..].iter_mut().zip(n).for_each(|(sum, n)| *sum += x * n);
-            self.right[i] += x * offset;
-        }
-        let x = weight * offset;
-        self.right.as_mut_slice()[m..].iter_mut().zip(n).for_each(|(sum, n)| *sum += x * n);
-    }
-
-    /// NᵀWN of some rows, which come with the root of their weight; four rows at a time, to spare memory traffic.
-    fn add_dense(&mut self, rows: &[f64], m: usize, k: usize) {
-        let zeros = vec![0.0; k];
-        for four in rows.chunks(4 * k.max(1)) {
-            let row = |i: usize| four.get(i * k..(i + 1) * k).unwrap_or(&zeros);
-            let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
-            for i in 0..k {
-                let mut column = self.matrix.column_mut(m + i);
-                let sums = &mut column.as_mut_slice()[m + i..];
-                let (x, y, z, u) = (a[i], b[i], c[i], d[i]);
-                let others = a[i..].iter().zip(&b[i..]).zip(&c[i..]).zip(&d[i..]);
-                for (sum, (((a, b), c), d)) in sums.iter_mut().zip(others) {
-                    *sum += (x * a + y * b) + (z * c + u * d);
-                }
+            let direction = o.direction * weight;
+            if let Some(vectors) = &self.vectors {
+                let row = vectors.row(v as usize);
+                row.col_indices().iter().zip(row.values()).for_each(|(&i, d)| term(i, d.dot(&direction)));
+            } else {
+                let row = self.rows.row(v as usize);
+                let entries = row.col_indices().iter().zip(row.values());
+                entries.for_each(|(&i, phi)| term(i, phi * self.steps[i].dot(&direction)));
             }
         }
     }
@@ -330,12 +230,11 @@ mod tests {
             let direction = Vector3::new(0.6, 0.0, 0.8);
             let observation = Observation { corners, weights: [0.2, 0.3, 0.5], direction, offset: 0.0 };
             let [a, b] = both.each_ref().map(|matrix| {
-                let (mut sums, mut places) = (vec![0.0; 30], Vec::new());
-                matrix.row(&observation, &mut sums, &mut places);
-                (sums, places)
+                let mut row = [0.0; 30];
+                matrix.row(&observation, |i, term| row[i] += term);
+                row
             });
-            assert_eq!(a.1, b.1);
-            assert!(a.0.iter().zip(&b.0).all(|(x, y)| (x - y).abs() < 1e-15));
+            assert!(a.iter().zip(&b).all(|(x, y)| (x - y).abs() < 1e-15));
         }
     }
 }
