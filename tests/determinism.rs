@@ -30,7 +30,7 @@ fn a_copy_and_its_key_do_not_depend_on_threads() {
             })
         };
         let one = run(1);
-        for threads in [1, 2, 5] {
+        for threads in [1, 3] {
             assert!(run(threads) == one, "{name}: {threads} threads");
         }
     }
@@ -150,10 +150,12 @@ fn the_command_writes_the_same_bytes_with_any_number_of_threads() {
             );
             let mut found = workshop.line(&line).json();
             assert!(found.as_object_mut().unwrap().remove("seconds").is_some());
-            (["marked", "key", "noisy"].map(|name| workshop.read(name)), found)
+            let line = format!("render mesh --compare noisy -o apart.png --force --threads {threads}");
+            workshop.line(&line).text();
+            (["marked", "key", "noisy", "apart.png"].map(|name| workshop.read(name)), found)
         };
         let one = run("1");
-        assert!(run("1") == one && run("2") == one && run("3") == one, "{}", sample.name);
+        assert!(run("1") == one && run("3") == one, "{}", sample.name);
     }
 }
 
