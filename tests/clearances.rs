@@ -87,6 +87,41 @@ fn a_thin_wall_keeps_nine_tenths_of_its_thickness() {
     }
 }
 
+/// The ball with a point so far off the middle of an edge of every tenth face, inside of the face: one of the three
+/// faces that it makes is that thin.
+fn with_thin_faces(ball: &Soup, height: f64) -> Soup {
+    let mut soup = ball.clone();
+    for face in (0..ball.triangles.len()).step_by(10) {
+        let corners = ball.triangles[face];
+        let [a, b, c] = corners.map(|v| ball.points[v as usize]);
+        let middle = nalgebra::center(&a, &b);
+        let new = soup.points.len() as u32;
+        soup.points.push(middle + (c - middle).normalize() * height);
+        soup.triangles[face] = [corners[0], corners[1], new];
+        soup.triangles.extend([[corners[1], corners[2], new], [corners[2], corners[0], new]]);
+    }
+    soup
+}
+
+fn unit_normals(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<nalgebra::Vector3<f64>> {
+    let normal = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|v| points[v as usize]);
+        (b - a).cross(&(c - a)).normalize()
+    };
+    triangles.iter().map(normal).collect()
+}
+
+#[test]
+fn thin_faces_do_not_fold() {
+    for (vertices, height) in [(700, 1e-3), (3500, 1e-4)] {
+        let soup = with_thin_faces(&shapes::bumpy_sphere(vertices), height);
+        let after = copy(&soup, Preset::Faithful, 7);
+        let [was, is] = [&soup.points, &after].map(|points| unit_normals(points, &soup.triangles));
+        let least = was.iter().zip(&is).map(|(n, m)| n.dot(m)).fold(1.0, f64::min);
+        assert!(least > 0.9, "a face turned to a cosine of {least}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 

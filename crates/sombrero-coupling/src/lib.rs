@@ -12,6 +12,7 @@ mod solve;
 mod spread;
 #[cfg(test)]
 mod tests;
+mod thin;
 
 pub use coupling::{Assembly, Coupling, Shown, Weights};
 pub use facing::{Facing, facing};
@@ -19,3 +20,4 @@ pub use join::{join, reach};
 /// The crate whose points stand in the signatures here.
 pub use nalgebra;
 pub use spread::{Link, spread};
+pub use thin::across;

@@ -1,8 +1,16 @@
 //! Fields of a coarse level on the full mesh.
 //!
-//! A vertex that a split introduces gets a mean of its neighbours' displacements; whenever the number of vertices has
+//! A vertex that a split introduces gets a mean of its neighbours' displacements, weighed by mean value coordinates (Floater
+//! 2003),
+//!
+//! ```text
+//! λ_w = (tan(α/2) + tan(β/2)) / |w - v|,      α and β the angles at v beside the edge to w,
+//! ```
+//!
+//! which give back what is linear: a corner of a thin face moves as the edge does that it nearly lies on. Whenever the number of vertices has
 //! grown four times, and in the end, every vertex moves half way towards the mean around it. As in subdivision (an average of neighbours after
-//! every refinement makes limits smooth), this takes away the kinks along the coarse level's edges. A vertex in a
+//! every refinement makes limits smooth), this takes away the kinks along the coarse level's edges. Corners of thin faces stay
+//! where their means are: a little more here than there would turn such a face over. A vertex in a
 //! planar region takes means over the neighbours that lie in the same regions, so that creases do not feel the surface
 //! beside them, and has its part along the normals replaced by the regions' offsets: planes stay planes.
 
@@ -10,7 +18,7 @@ use crate::Field;
 use crate::planes::Planes;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-use sombrero_mesh::VertexId;
+use sombrero_mesh::{Mesh, VertexId};
 use sombrero_progressive::ProgressiveMesh;
 
 /// Fields, and the offset that each gives to the planes: (free offset, value).
@@ -33,6 +41,7 @@ const GROWTH: f64 = 4.0;
 pub(crate) fn carry(
     progressive: &mut ProgressiveMesh,
     points: &[Point3<f64>],
+    triangles: &[[u32; 3]],
     planes: &Planes,
     fields: &[Shifts],
 ) -> Vec<Here> {
@@ -40,13 +49,12 @@ pub(crate) fn carry(
     for (i, field) in (0_u32..).zip(fields) {
         field.moves.iter().for_each(|(v, d)| at[*v as usize].push((i, *d)));
     }
-    let rules = Rules::new(points, planes, fields);
+    let rules = Rules::new(points, triangles, planes, fields);
     let mut scratch = Scratch::new(fields.len());
     let mut smoothed = progressive.mesh().vertex_count() as f64;
     while let Some(split) = progressive.refine() {
         let v = split.vertex.to_u32();
-        let ring: Vec<u32> =
-            progressive.mesh().vertices_around_vertex(split.vertex).map(VertexId::to_u32).collect();
+        let ring = Ring::of(progressive.mesh(), split.vertex);
         at[v as usize] = rules.mean(&at, v, &ring, 0.0, &mut scratch);
         if progressive.mesh().vertex_count() as f64 >= GROWTH * smoothed {
             smoothed = progressive.mesh().vertex_count() as f64;
@@ -90,8 +98,49 @@ impl Scratch {
     }
 }
 
+/// The neighbours of a vertex in order; those of an inner vertex go around.
+struct Ring {
+    vertices: Vec<u32>,
+    closed: bool,
+}
+
+/// A face of a smaller sine at its corner counts as one with this sine, so that weights stay finite.
+const LEAST_SINE: f64 = 1e-9;
+
+impl Ring {
+    fn of(mesh: &Mesh, v: VertexId) -> Self {
+        let vertices = mesh.vertices_around_vertex(v).map(VertexId::to_u32).collect();
+        Self { vertices, closed: !mesh.is_boundary_vertex(v) }
+    }
+
+    /// λ of each neighbour, seen from `place`.
+    fn mean_values(&self, place: &Point3<f64>, points: &[Point3<f64>]) -> Vec<(u32, f64)> {
+        let ways: Vec<Vector3<f64>> = self.vertices.iter().map(|&w| points[w as usize] - place).collect();
+        // tan(α/2) = (1 - cos α) / sin α of the face between neighbour k and the next.
+        let half = |k: usize| {
+            let (a, b) = (ways[k], ways[(k + 1) % ways.len()]);
+            let lengths = a.norm() * b.norm();
+            let sine = a.cross(&b).norm().max(LEAST_SINE * lengths);
+            if sine > 0.0 { (lengths - a.dot(&b)).max(0.0) / sine } else { 0.0 }
+        };
+        let faces = if self.closed { ways.len() } else { ways.len().saturating_sub(1) };
+        let halves: Vec<f64> = (0..faces).map(half).collect();
+        let around = |k: usize| {
+            let before = (k + ways.len() - 1) % ways.len();
+            halves.get(k).unwrap_or(&0.0) + halves.get(before).unwrap_or(&0.0)
+        };
+        let weight = |k: usize| {
+            let length = ways[k].norm();
+            if length > 0.0 { around(k) / length } else { 0.0 }
+        };
+        self.vertices.iter().enumerate().map(|(k, &w)| (w, weight(k))).collect()
+    }
+}
+
 struct Rules<'a> {
     points: &'a [Point3<f64>],
+    /// Whether a vertex is a corner of a thin face of the full mesh.
+    thin: Vec<bool>,
     planes: &'a Planes,
     /// For each free offset what each field gives to it.
     offsets: Vec<Vec<(u32, f64)>>,
@@ -99,32 +148,55 @@ struct Rules<'a> {
     nothing: Vec<f64>,
 }
 
+/// A face whose height is a smaller share of its longest edge is thin.
+const THIN: f64 = 0.1;
+
+/// The corners of thin faces.
+fn thin(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<bool> {
+    let mut thin = vec![false; points.len()];
+    for corners in triangles {
+        let [a, b, c] = corners.map(|v| points[v as usize]);
+        let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
+        // Twice the area is height times longest edge.
+        if (b - a).cross(&(c - a)).norm() < THIN * longest {
+            corners.iter().for_each(|&v| thin[v as usize] = true);
+        }
+    }
+    thin
+}
+
 impl<'a> Rules<'a> {
-    fn new(points: &'a [Point3<f64>], planes: &'a Planes, fields: &[Shifts]) -> Self {
+    fn new(points: &'a [Point3<f64>], triangles: &[[u32; 3]], planes: &'a Planes, fields: &[Shifts]) -> Self {
         let mut offsets = vec![Vec::new(); planes.free_offsets()];
         for (i, field) in (0_u32..).zip(fields) {
             field.offsets.iter().for_each(|(free, c)| offsets[*free as usize].push((i, *c)));
         }
         let largest = |f: &Shifts| f.moves.iter().map(|(_, d)| d.norm_squared()).fold(0.0, f64::max);
         let nothing = fields.iter().map(|f| largest(f) * NOTHING * NOTHING).collect();
-        Self { points, planes, offsets, nothing }
+        Self { points, thin: thin(points, triangles), planes, offsets, nothing }
     }
 
     /// The mean of what is at the neighbours, with a weight for what is at `v` itself.
-    fn mean(&self, at: &[Here], v: u32, ring: &[u32], own: f64, scratch: &mut Scratch) -> Here {
+    fn mean(&self, at: &[Here], v: u32, ring: &Ring, own: f64, scratch: &mut Scratch) -> Here {
         let regions = self.planes.regions(v);
         let along = |w: &u32| regions.iter().all(|r| self.planes.regions(*w).contains(r));
-        let alike = ring.iter().filter(|w| along(w)).count();
-        let counts = |w: &u32| alike < 2 || along(w);
+        let alike: Vec<u32> = ring.vertices.iter().copied().filter(along).collect();
         let place = self.points[v as usize];
-        let weight = |w: u32| {
-            let length = (self.points[w as usize] - place).norm();
-            if length > 0.0 { 1.0 / length } else { 0.0 }
+        let weights = if alike.len() < 2 || alike.len() == ring.vertices.len() {
+            ring.mean_values(&place, self.points)
+        } else {
+            let length = |w: u32| (self.points[w as usize] - place).norm();
+            alike
+                .into_iter()
+                .map(|w| (w, length(w)))
+                .filter(|(_, l)| *l > 0.0)
+                .map(|(w, l)| (w, 1.0 / l))
+                .collect()
         };
-        let total: f64 = ring.iter().filter(|w| counts(w)).map(|&w| weight(w)).sum();
+        let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
         if total > 0.0 {
-            for &w in ring.iter().filter(|w| counts(w)) {
-                scratch.add(&at[w as usize], (1.0 - own) * weight(w) / total);
+            for (w, weight) in weights {
+                scratch.add(&at[w as usize], (1.0 - own) * weight / total);
             }
         }
         if own > 0.0 {
@@ -160,9 +232,59 @@ impl<'a> Rules<'a> {
             if mesh.is_removed(vertex) {
                 return Vec::new();
             }
-            let ring: Vec<u32> = mesh.vertices_around_vertex(vertex).map(VertexId::to_u32).collect();
-            self.mean(at, v as u32, &ring, 0.5, scratch)
+            if self.thin[v] {
+                return at[v].clone();
+            }
+            self.mean(at, v as u32, &Ring::of(mesh, vertex), 0.5, scratch)
         };
         (0..at.len()).into_par_iter().map_init(|| Scratch::new(fields), step).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mean(
+        ring: &Ring,
+        place: &Point3<f64>,
+        points: &[Point3<f64>],
+        of: impl Fn(&Point3<f64>) -> f64,
+    ) -> f64 {
+        let weights = ring.mean_values(place, points);
+        let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
+        weights.iter().map(|(w, weight)| of(&points[*w as usize]) * weight).sum::<f64>() / total
+    }
+
+    #[test]
+    fn mean_values_give_back_what_is_linear_in_a_flat_ring() {
+        let around = [[2.0, 0.1], [0.5, 1.0], [-1.0, 0.7], [-0.3, -0.2], [0.4, -3.0]];
+        let points = around.map(|[x, y]| Point3::new(x, y, 0.0));
+        let ring = Ring { vertices: (0..5).collect(), closed: true };
+        let linear = |p: &Point3<f64>| 3.0 + 2.0 * p.x - 0.7 * p.y;
+        for place in [Point3::origin(), Point3::new(0.4, 0.3, 0.0), Point3::new(0.9, -0.7, 0.0)] {
+            assert!((mean(&ring, &place, &points, linear) - linear(&place)).abs() < 1e-12);
+        }
+    }
+
+    /// A corner that is a millionth off the edge between two neighbours moves as that edge does there, wherever others go.
+    #[test]
+    fn beside_an_edge_the_edge_alone_counts() {
+        let points = [[0.0, 0.0], [4.0, 0.0], [2.0, 3.0]].map(|[x, y]| Point3::new(x, y, 0.0));
+        let ring = Ring { vertices: vec![0, 1, 2], closed: true };
+        let moved =
+            mean(&ring, &Point3::new(1.0, 1e-6, 0.0), &points, |p| if p.y > 0.0 { 100.0 } else { p.x });
+        assert!((moved - 1.0).abs() < 1e-4, "{moved}");
+        // On it, and at the rim, where nothing is on the other side.
+        let rim = Ring { vertices: vec![1, 2, 0], closed: false };
+        let weights = rim.mean_values(&Point3::new(1.0, 0.0, 0.0), &points);
+        assert!(weights.iter().all(|(_, weight)| weight.is_finite() && *weight >= 0.0), "{weights:?}");
+    }
+
+    #[test]
+    fn corners_of_thin_faces_are_known() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.09], [0.5, 1.0], [3.0, 3.0]];
+        let points = points.map(|[x, y]| Point3::new(x, y, 0.0));
+        assert_eq!(thin(&points, &[[0, 1, 2], [1, 3, 2], [3, 4, 1]]), [true, true, true, false, false]);
     }
 }

@@ -137,7 +137,7 @@ impl Fields {
         let chosen: Vec<Shifts> = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
         progress.advance(1);
 
-        let at = carry(progressive, points, &planes, &chosen);
+        let at = carry(progressive, points, &full.triangles, &planes, &chosen);
         let turned = turned_by_all(&full, &at);
         if !(turned > 0.0 && turned.is_finite()) {
             return Err(FieldsError::None);

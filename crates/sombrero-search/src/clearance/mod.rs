@@ -8,13 +8,15 @@
 //! 4.5 ε √(Σ_i (u · r_i)²) ≤ 0.07 D
 //! ```
 //!
-//! must hold for all such pairs. Two ways lead there: whole functions are made weaker ([`functions`]), or all functions are
+//! must hold for all such pairs. A face is such a pair too: a corner and the longest edge that it faces, so that one that is
+//! thinner than a mark moves does not fold ([`thin`]). Two ways lead there: whole functions are made weaker ([`functions`]), or all functions are
 //! where it is narrow ([`points`]). The first keeps functions what they are, the second what is far from a narrow place; the
 //! one that leaves more of the functions is taken. What normals then turn less in all is made up by all functions alike, as far
 //! as walls let it and nothing is seen of it. All of it follows from B and ε, before there is a watermark.
 
 mod functions;
 mod points;
+mod thin;
 mod walls;
 
 use nalgebra::Vector3;
@@ -40,7 +42,8 @@ pub(crate) fn kept_apart(
     side: f64,
     epsilon: f64,
 ) -> Option<Basis> {
-    let walls = Walls::find(basis, assembly, epsilon, GAIN);
+    let displacements = displacements(basis);
+    let walls = Walls::find(basis, &displacements, assembly, epsilon, GAIN);
     if !walls.bind(1.0) {
         return None;
     }
@@ -52,10 +55,10 @@ pub(crate) fn kept_apart(
         let by_function = functions::limited(basis, changes, walls.pairs.len(), gain);
         if left(&by_function, basis) >= left(&by_point, basis) { by_function } else { by_point }
     };
-    let whole = Turning::of(basis, assembly);
+    let whole = Turning::of(&displacements, assembly);
     let (mut gain, mut kept) = (1.0, limited(1.0));
     for _ in 0..ROUNDS {
-        let now = Turning::of(&kept, assembly);
+        let now = Turning::of(&self::displacements(&kept), assembly);
         let higher = (gain * now.room(&whole)).min(GAIN);
         if higher <= gain {
             break;
@@ -64,6 +67,18 @@ pub(crate) fn kept_apart(
         kept = limited(gain);
     }
     Some(kept)
+}
+
+/// What each function does at a point, in order of functions.
+type Displacements = Vec<(u32, Vector3<f64>)>;
+
+/// Those of all points.
+fn displacements(basis: &Basis) -> Vec<Displacements> {
+    let mut at = vec![Vec::new(); basis.vertex_count()];
+    for i in 0..basis.functions().len() {
+        crate::coupled::each(basis, i, |row, d| at[row].push((i as u32, d)));
+    }
+    at
 }
 
 /// How far normals turn for standard Gaussian coefficients, in radians.
@@ -75,12 +90,8 @@ struct Turning {
 }
 
 impl Turning {
-    fn of(basis: &Basis, assembly: &Assembly<'_>) -> Self {
-        let mut at = vec![Vec::new(); basis.vertex_count()];
-        for i in 0..basis.functions().len() {
-            crate::coupled::each(basis, i, |row, d| at[row].push((i as u32, d)));
-        }
-        let turns = sombrero_spectral::expected_turns(assembly.points, assembly.triangles, &at);
+    fn of(displacements: &[Displacements], assembly: &Assembly<'_>) -> Self {
+        let turns = sombrero_spectral::expected_turns(assembly.points, assembly.triangles, displacements);
         let areas = Facets::new(assembly.points, assembly.triangles).areas;
         let area: f64 = areas.iter().sum();
         let rms = (turns.iter().zip(&areas).map(|(t, a)| t * a).sum::<f64>() / area).sqrt();

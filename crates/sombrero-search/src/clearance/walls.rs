@@ -1,5 +1,6 @@
 //! The pairs of places that a mark may bring too near to each other, or too far apart.
 
+use super::Displacements;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sombrero_basis::Basis;
@@ -28,7 +29,13 @@ pub(super) struct Walls {
 
 impl Walls {
     /// Those whose share is more than 1 once functions are `gain` times as strong.
-    pub(super) fn find(basis: &Basis, assembly: &Assembly<'_>, epsilon: f64, gain: f64) -> Self {
+    pub(super) fn find(
+        basis: &Basis,
+        displacements: &[Displacements],
+        assembly: &Assembly<'_>,
+        epsilon: f64,
+        gain: f64,
+    ) -> Self {
         let deviations: Vec<f64> = basis.deviations().iter().map(|sigma| LARGEST * epsilon * sigma).collect();
         let longest = deviations.iter().copied().fold(0.0, f64::max);
         let farthest: Vec<f64> = deviations.iter().map(|d| gain * (d + longest) / CHANGE).collect();
@@ -38,6 +45,7 @@ impl Walls {
             let most: f64 = pair.terms.iter().map(|(v, map)| map.norm() * deviations[*v as usize]).sum();
             CHANGE * pair.distance < gain * most
         });
+        pairs.extend(super::thin::pairs(displacements, assembly, CHANGE / (LARGEST * epsilon * gain)));
         let mut walls = Self { shares: Vec::new(), pairs, longest, unit: LARGEST * epsilon / CHANGE };
         let shares: Vec<f64> = walls.squares(basis).into_iter().map(f64::sqrt).collect();
         let binding: Vec<bool> = shares.iter().map(|share| gain * share > 1.0).collect();
