@@ -123,10 +123,7 @@ fn elsewhere(i: usize, p: &Point3<f64>) -> Point3<f64> {
 
 /// A kit, its detector, and the marked parts about their own origins.
 fn marked_kit(count: usize, preset: Preset) -> (Detector, Vec<Soup>) {
-    marked_parts(kit(count), preset)
-}
-
-fn marked_parts(parts: Vec<Soup>, preset: Preset) -> (Detector, Vec<Soup>) {
+    let parts = kit(count);
     let original = document(&laid(&parts, in_a_row));
     let options = EmbedOptions { parameters: preset.parameters(), ..EmbedOptions::default() };
     let marked = embed(&original, Secret([5; 32]), &options).unwrap();
@@ -180,7 +177,7 @@ fn a_part_that_occurs_twice_is_tried_as_both() {
 
 #[test]
 fn parts_are_found_by_their_surfaces() {
-    let (detector, parts) = marked_parts(vec![shapes::bust(10), shapes::part(5)], Preset::Robust);
+    let (detector, parts) = marked_kit(2, Preset::Robust);
     let coarse = |part: &Soup| {
         let attacks = parse_list("simplify:ratio=0.6").unwrap();
         apply_all(&attacks, part, &mut ChaCha8Rng::seed_from_u64(2)).unwrap().soup

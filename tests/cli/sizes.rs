@@ -41,8 +41,6 @@ fn any_unit_of_length_will_do() {
     for (scale, name, format) in [
         (1e-12, "ball.obj", Format::Obj),
         (1e-12, "ball.stl", Format::StlBinary),
-        (1e-6, "ball.ply", Format::PlyBinaryBigEndian),
-        (1e3, "ball.obj", Format::Obj),
         (1e12, "ball.ply", Format::PlyBinaryBigEndian),
         (1e12, "ball.stl", Format::StlBinary),
     ] {
@@ -82,7 +80,7 @@ fn far_from_the_origin_a_mark_is_stored_or_refused() {
     for sample in samples(&far).iter().filter(|sample| !sample.exact) {
         let name = format!("far.{}", sample.extension);
         workshop.write(&name, &sample.bytes);
-        let line = format!("embed {name} -o far-copy --key far.key --secret-file secret");
+        let line = format!("embed {name} -o far-copy --key far.key --secret-file secret --preset robust");
         let ran = workshop.line(&line);
         if ran.status == Some(0) {
             let line = format!(
