@@ -16,7 +16,7 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
     step("cargo clippy --workspace --all-targets -- -D warnings", &[])?;
     step(TEST_COMMAND, &[])?;
     step("cargo doc --workspace --no-deps", &[("RUSTDOCFLAGS", "-D warnings")])?;
-    step("cargo check --manifest-path fuzz/Cargo.toml --target-dir target/fuzz", &[])?;
+    step("cargo check --manifest-path fuzz/Cargo.toml --target-dir target", &[])?;
     if has_wasm_target() {
         step(&wasm_check()?, &[])?;
     } else {
