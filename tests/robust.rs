@@ -93,7 +93,7 @@ fn renumbered_vertices_are_recognised() {
     let suspect = attacked(&story.copy, "reorder crop:fraction=0.333 transform");
     story.assert_found("renumbered", &suspect, -100.0);
     let [own, _] = story.look(&suspect);
-    assert!(!own.variant.resampling && own.variant.registration);
+    assert!(own.variant.is_some_and(|best| !best.resampling && best.registration));
     assert!((0.4..0.9).contains(&own.coverage), "{}", own.coverage);
 }
 
