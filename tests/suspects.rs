@@ -68,11 +68,12 @@ fn other_shapes_are_told_by_their_shape_alone() {
         FirstLook::AnotherShape(answer) => *answer,
         FirstLook::Open(_) => panic!("a torus is no bust"),
     };
-    let detected = detector.detect(&detector.suspect(&torus), &options).unwrap();
-    assert_eq!(Detection { seconds: seen.seconds.clone(), ..detected.clone() }, seen);
+    let mut detected = detector.detect(&detector.suspect(&torus), &options).unwrap();
     assert!(seen.variant.is_none() && seen.variants.is_empty() && seen.p_value == 1.0 && !seen.detected);
     let stages = |detection: &Detection| detection.seconds.0.iter().map(|stage| stage.0).collect::<Vec<_>>();
     assert_eq!(stages(&seen), stages(&detected), "a replay asks for the same stages");
+    detected.seconds = seen.seconds.clone();
+    assert_eq!(detected, seen);
     // Of a copy, bent or in a mirror, the first look says nothing.
     for spec in ["simplify:ratio=0.5 ffd:strength=0.05 transform", "simplify:ratio=0.5 mirror transform"] {
         let attacks = parse_list(spec).unwrap();
