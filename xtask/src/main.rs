@@ -7,8 +7,8 @@ mod upkeep;
 
 use clap::{Parser, Subcommand};
 use experiments::{
-    alignment, benchmark, calibrate, collusion, figures, forgery, ordeal, peers, presets, roc, scaling,
-    tables, visibility,
+    alignment, benchmark, calibrate, collusion, figures, forgery, ordeal, peers, presets, removal, roc,
+    scaling, tables, visibility,
 };
 use std::path::PathBuf;
 use upkeep::{ci, hostile, models, package, tidy};
@@ -52,6 +52,8 @@ enum Verb {
     Ordeal(ordeal::Ordeal),
     /// Compare sets of parameters at equal distortion.
     Presets(presets::Presets),
+    /// Take marks out without the original, and see what it costs.
+    Removal(removal::Removal),
     /// Recompute Figure 6, how often a mark is missed under noise.
     Roc(roc::Roc),
     /// Time every stage and weigh memory from a thousand to ten million triangles.
@@ -84,6 +86,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Package => package::run(),
         Verb::Ordeal(args) => ordeal::run(&args, &folder),
         Verb::Presets(args) => presets::run(&args, &folder),
+        Verb::Removal(args) => removal::run(&args, &folder),
         Verb::Roc(args) => roc::run(&args, &folder),
         Verb::Scaling(args) => scaling::run(&args),
         Verb::Tables(args) => tables::run(&args, &folder),

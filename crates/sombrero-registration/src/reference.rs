@@ -50,6 +50,13 @@ impl Reference {
         mean.map_or(f64::INFINITY, |mean| mean.sqrt() * self.shape.diagonal)
     }
 
+    /// Whether the surface goes onto itself in endlessly many ways, as balls and bodies of revolution do: in more than a cube,
+    /// and not as an icosahedron. By a look at all rotations about its centroid.
+    pub fn is_endless(&self) -> bool {
+        let others = self.symmetries().len();
+        others > 23 && others != 59
+    }
+
     /// The landmarks of the surface, made when they are first asked for.
     pub(crate) fn landmarks(&self) -> &Landmarks {
         made_once(&self.landmarks, || Landmarks::new(&self.shape))

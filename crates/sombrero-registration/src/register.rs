@@ -1,10 +1,12 @@
 //! Registration without a hint: starts, a quick refinement of each, the fit as the measure.
 //!
 //! ```text
-//! poses by moments ─► ICP on few samples ─► fit both ways ─► good? ─► the best few: ICP on many ─► fit ─► verdict
-//!                                                              │ no
-//!            poses by landmarks that look alike (landmark matcher) ◄───┘
+//! poses by moments ─► sharp? ─► ICP on few samples ─► fit both ways ─► good? ─► the best few: ICP on many ─► fit ─► verdict
+//!                        ▲                                               │ no
+//!                        └──── poses by landmarks that look alike ◄──────┘
 //! ```
+//!
+//! Whether a start is sharp, a table tells ([`screen`](crate::starts::screen)): of another shape hardly any is.
 //!
 //! Poses that end in the same place are one. Poses that fit the reference as well as the best, which
 //! symmetric shapes have, are kept: which of them is right only an extraction can tell, and whoever tries
@@ -18,10 +20,11 @@ use crate::options::{RegisterOptions, Starts};
 use crate::reference::Reference;
 use crate::refinement::icp::ROUGH_REACH;
 use crate::result::Registration;
-use crate::search::{GOOD, HYPOTHESIS_REACH, MATCHING, REFINING, SYMMETRIES, Search};
+use crate::search::{GOOD, HYPOTHESIS_REACH, MATCHING, REFINED, REFINING, SYMMETRIES, Search};
 use crate::starts::matcher::LandmarkMatcher;
 use crate::starts::orientation::orientations;
 use crate::starts::principal_axes;
+use crate::starts::screen::{FEW, Screen};
 use crate::surface::frame::all_to_unit;
 use crate::surface::shape::Shape;
 use sombrero_progress::Progress;
@@ -52,34 +55,39 @@ pub fn register(
     let progress = Progress::new("registration", starts + REFINING + SYMMETRIES);
     let search = Search::new(&reference.shape, &suspect, options, progress);
     let candidates = match &options.starts {
-        Starts::Auto => search.concluded(auto(&search, reference)),
-        Starts::Moments => search.refined(by_moments(&search)),
-        Starts::Given(starts) => {
-            search.refined(search.tried(all_to_unit(&reference.shape, &suspect, starts)?, ROUGH_REACH))
-        }
+        Starts::Auto => search.concluded(auto(&search, reference), || reference.symmetries()),
+        Starts::Moments => search.concluded(by_moments(&search, reference), || reference.symmetries()),
+        Starts::Given(starts) => search
+            .refined(search.tried(all_to_unit(&reference.shape, &suspect, starts)?, ROUGH_REACH), REFINED),
     };
-    let candidates = search.with_symmetries(candidates, reference.symmetries());
+    let candidates = search.with_symmetries(candidates, || reference.symmetries());
     answer(&reference.shape, &suspect, &candidates, options.max_alternatives)
 }
 
 fn auto(search: &Search, reference: &Reference) -> Vec<Candidate<Similarity3<f64>>> {
-    let mut candidates = by_moments(search);
-    for orientation in orientations(search.reference, search.suspect) {
+    let (lookup, orientations) = (reference.lookup(), orientations(search.reference, search.suspect));
+    let screen = Screen::new(lookup, search.suspect, orientations);
+    let moments = principal_axes::by_moments(search.reference, search.suspect);
+    let mut candidates = search.tried(screen.passed(moments, FEW), ROUGH_REACH);
+    for orientation in orientations {
         if candidates.first().is_some_and(|best| best.fit.score <= GOOD) {
             break;
         }
-        let (landmarks, lookup) = (reference.landmarks(), reference.lookup());
-        let matcher = LandmarkMatcher::new(landmarks, lookup, search.suspect, *orientation);
+        let matcher = LandmarkMatcher::new(reference.landmarks(), lookup, search.suspect, *orientation);
         let poses = matcher.poses(HYPOTHESES);
         search.progress.advance(MATCHING);
-        candidates.extend(search.tried(poses, HYPOTHESIS_REACH));
+        candidates.extend(search.tried(screen.passed(poses, FEW), HYPOTHESIS_REACH));
         candidates = search.sorted(candidates);
     }
     candidates
 }
 
-fn by_moments(search: &Search) -> Vec<Candidate<Similarity3<f64>>> {
-    search.tried(principal_axes::by_moments(search.reference, search.suspect), ROUGH_REACH)
+/// Of a suspect that is whole, for which the right one of these is sharp.
+fn by_moments(search: &Search, reference: &Reference) -> Vec<Candidate<Similarity3<f64>>> {
+    let orientations = orientations(search.reference, search.suspect);
+    let screen = Screen::new(reference.lookup(), search.suspect, orientations);
+    let moments = principal_axes::by_moments(search.reference, search.suspect);
+    search.tried(screen.passed(moments, 1), ROUGH_REACH)
 }
 
 #[cfg(test)]

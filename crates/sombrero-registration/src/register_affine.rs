@@ -20,11 +20,12 @@ use crate::refinement::affine_map::AffineMap;
 use crate::refinement::icp::ROUGH_REACH;
 use crate::refinement::motion::Motion;
 use crate::result::Registration;
-use crate::search::{GOOD, HYPOTHESIS_REACH, MATCHING, REFINING, SYMMETRIES, Search};
+use crate::search::{GOOD, HYPOTHESIS_REACH, MATCHING, REFINED, REFINING, SYMMETRIES, Search};
 use crate::starts::isotropic;
 use crate::starts::matcher::LandmarkMatcher;
 use crate::starts::orientation::orientations;
 use crate::starts::rotations;
+use crate::starts::screen::{FEW, Screen};
 use crate::surface::frame::all_to_unit;
 use crate::surface::lookup::Lookup;
 use crate::surface::sample::{Sample, scattered};
@@ -69,35 +70,36 @@ pub fn register_affine(
     let progress = Progress::new("registration", starts + REFINING + SYMMETRIES);
     let search = Search::new(&reference.shape, &suspect, options, progress);
     let candidates = match &options.starts {
-        Starts::Auto => search.concluded(auto(&search, reference)),
+        Starts::Auto => search.concluded(auto(&search, reference), || reference.symmetries()),
         Starts::Given(starts) => {
             let starts = all_to_unit(&reference.shape, &suspect, starts)?;
-            search.refined(search.tried(starts.iter().map(AffineMap::from).collect(), ROUGH_REACH))
+            search.refined(search.tried(starts.iter().map(AffineMap::from).collect(), ROUGH_REACH), REFINED)
         }
-        Starts::Moments => search.refined(by_rotation(&search)),
+        Starts::Moments => search.refined(search.tried(by_rotation(&search), ROUGH_REACH), REFINED),
     };
-    let candidates = search.with_symmetries(candidates, reference.symmetries());
+    let candidates = search.with_symmetries(candidates, || reference.symmetries());
     answer(&reference.shape, &suspect, &candidates, options.max_alternatives)
 }
 
 fn auto(search: &Search, reference: &Reference) -> Vec<Candidate<AffineMap>> {
-    let mut candidates = by_rotation(search);
-    for orientation in orientations(search.reference, search.suspect) {
+    let (lookup, orientations) = (reference.lookup(), orientations(search.reference, search.suspect));
+    let screen = Screen::new(lookup, search.suspect, orientations);
+    let mut candidates = search.tried(screen.passed(by_rotation(search), FEW), ROUGH_REACH);
+    for orientation in orientations {
         if candidates.first().is_some_and(|best| best.fit.score <= GOOD) {
             break;
         }
-        let (landmarks, lookup) = (reference.landmarks(), reference.lookup());
-        let matcher = LandmarkMatcher::new(landmarks, lookup, search.suspect, *orientation);
+        let matcher = LandmarkMatcher::new(reference.landmarks(), lookup, search.suspect, *orientation);
         let maps = matcher.affine_maps(HYPOTHESES);
         search.progress.advance(MATCHING);
-        candidates.extend(search.tried(maps, HYPOTHESIS_REACH));
+        candidates.extend(search.tried(screen.passed(maps, FEW), HYPOTHESIS_REACH));
         candidates = search.sorted(candidates);
     }
     candidates
 }
 
 /// Both surfaces in isotropic position, and the rotations that are then left.
-fn by_rotation(search: &Search) -> Vec<Candidate<AffineMap>> {
+fn by_rotation(search: &Search) -> Vec<AffineMap> {
     let isotropic = |shape: &Shape, orientation: f64| {
         let samples = scattered(shape, SAMPLES, orientation);
         let map = isotropic::position(&samples, RADIUS)?;
@@ -118,5 +120,5 @@ fn by_rotation(search: &Search) -> Vec<Candidate<AffineMap>> {
         search.progress.advance(ROTATING);
         starts.extend(found.iter().map(|rotation| back.after(&rotation.map()).after(&there)));
     }
-    search.tried(starts, ROUGH_REACH)
+    starts
 }

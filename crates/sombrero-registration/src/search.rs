@@ -10,13 +10,17 @@ use crate::refinement::motion::Motion;
 use crate::refinement::optimizer::Run;
 use crate::surface::shape::Shape;
 use crate::verdict::fit::FitMeasure;
-use crate::verdict::trust::{is_promising, is_trusted};
+use crate::verdict::trust::{is_hopeless, is_nearly_trusted, is_promising, is_trusted};
 use sombrero_progress::Progress;
 
 /// Iterations that each start gets before it is measured.
 const TRIAL_ITERATIONS: usize = 15;
 /// Poses refined in full at most.
-const REFINED: usize = 8;
+pub(crate) const REFINED: usize = 8;
+/// Candidates that are asked whether more steps lead on.
+const LEADING: usize = 4;
+/// A shape with no more poses than so many is not asked whether it goes onto itself.
+const ONE_POSE: usize = 4;
 /// How far from its counterpart a sample may be in a pose that is refined in full.
 const REFINED_REACH: f64 = 0.1;
 /// A score up to this ends the search: nine tenths of both surfaces agree.
@@ -75,19 +79,47 @@ impl<'a> Search<'a> {
     }
 
     /// What a search without a hint ends with.
-    pub(crate) fn concluded<M: Motion>(&self, candidates: Vec<Candidate<M>>) -> Vec<Candidate<M>> {
-        if candidates.iter().any(|c| is_promising(&c.fit)) {
-            self.refined(candidates)
-        } else {
-            self.given_up(&candidates)
+    ///
+    /// Of a shape that goes onto itself in more ways than are asked for, one pose is refined: the others are its images.
+    pub(crate) fn concluded<M: Motion>(
+        &self,
+        candidates: Vec<Candidate<M>>,
+        symmetries: impl FnOnce() -> &'a [Similarity3<f64>],
+    ) -> Vec<Candidate<M>> {
+        let Some(best) = candidates.first().filter(|_| candidates.iter().any(|c| is_promising(&c.fit)))
+        else {
+            return self.given_up(&candidates);
+        };
+        let sure = best.fit.score <= GOOD;
+        if !sure && !is_trusted(&best.fit) && !self.leads_on(&candidates) {
+            return self.given_up(&candidates);
         }
+        let endless = sure && candidates.len() > ONE_POSE && self.is_endless(symmetries());
+        self.refined(candidates, if endless { 1 } else { REFINED })
+    }
+
+    /// Whether one of the best promising candidates is about to be trusted after as many steps on few samples as it takes: shapes
+    /// made of the same large planes promise, and would be refined for long to come to nothing.
+    fn leads_on<M: Motion>(&self, candidates: &[Candidate<M>]) -> bool {
+        let promising = candidates.iter().filter(|c| is_promising(&c.fit)).take(LEADING);
+        let poses: Vec<M> = promising.map(|c| c.run.pose).collect();
+        let measure = FitMeasure::coarse(self.reference, self.suspect);
+        let leads = |pose: &M| {
+            let run = self.icp.coarse_round(*pose, REFINED_REACH, self.options.icp.max_iterations);
+            is_nearly_trusted(&measure.of(&run.pose.map()))
+        };
+        poses.par_iter().any(leads)
     }
 
     /// Refines those that may yet turn out best; the answer has the best first, and those that the fit cannot
-    /// tell from it.
-    pub(crate) fn refined<M: Motion>(&self, mut candidates: Vec<Candidate<M>>) -> Vec<Candidate<M>> {
+    /// tell from it. `most` are refined.
+    pub(crate) fn refined<M: Motion>(
+        &self,
+        mut candidates: Vec<Candidate<M>>,
+        most: usize,
+    ) -> Vec<Candidate<M>> {
         candidates = comparable(candidates);
-        candidates.truncate(REFINED);
+        candidates.truncate(most.min(REFINED));
         self.progress.at_most_left(REFINING + SYMMETRIES);
         let round = REFINING / (candidates.len().max(1) * ROUNDS);
         let measure = self.fine_measure();
@@ -101,10 +133,13 @@ impl<'a> Search<'a> {
         comparable(self.sorted(candidates.into_par_iter().map(refine).collect()))
     }
 
-    /// The best of candidates that cannot be trusted, after some more steps: a full refinement would
-    /// take long to find nothing.
+    /// The best of candidates that cannot be trusted, after some more steps where these may yet change that: a full refinement
+    /// would take long to find nothing.
     pub(crate) fn given_up<M: Motion>(&self, candidates: &[Candidate<M>]) -> Vec<Candidate<M>> {
         let finish = |candidate: &Candidate<M>| {
+            if is_hopeless(&candidate.fit) {
+                return *candidate;
+            }
             let pose = candidate.run.pose;
             let mut run = self.icp.coarse_round(pose, REFINED_REACH, self.options.icp.max_iterations);
             run.iterations += candidate.run.iterations;
@@ -113,11 +148,16 @@ impl<'a> Search<'a> {
         candidates.first().map(finish).into_iter().collect()
     }
 
-    /// Few samples, but steps until nothing moves any more.
-    pub(crate) fn settled<M: Motion>(&self, starts: Vec<M>) -> Vec<Candidate<M>> {
+    /// Few samples, but steps until nothing moves any more; of more than `most` starts, as those of a ball are, few steps: which of
+    /// endlessly many poses they end in does not matter, and none of them would come to rest.
+    pub(crate) fn settled<M: Motion>(&self, starts: Vec<M>, most: usize) -> Vec<Candidate<M>> {
         let measure = FitMeasure::coarse(self.reference, self.suspect);
+        let endless = starts.len() > most;
         let settle = |start: M| {
-            let run = self.icp.coarse_round(start, REFINED_REACH, self.options.icp.max_iterations);
+            let run = match endless {
+                true => self.icp.trial_round(start, REFINED_REACH, TRIAL_ITERATIONS),
+                false => self.icp.coarse_round(start, REFINED_REACH, self.options.icp.max_iterations),
+            };
             Candidate { run, fit: measure.of(&run.pose.map()) }
         };
         starts.into_par_iter().map(settle).collect()
@@ -127,11 +167,13 @@ impl<'a> Search<'a> {
     pub(crate) fn with_symmetries<M: Motion>(
         &self,
         mut candidates: Vec<Candidate<M>>,
-        symmetries: &[Similarity3<f64>],
+        symmetries: impl FnOnce() -> &'a [Similarity3<f64>],
     ) -> Vec<Candidate<M>> {
         self.progress.at_most_left(SYMMETRIES);
         let Some(&best) = candidates.first() else { return candidates };
-        if symmetries.is_empty() || !is_trusted(&best.fit) {
+        // Finding them takes time, which nothing but a right pose is worth.
+        let symmetries = if is_trusted(&best.fit) { symmetries() } else { &[] };
+        if symmetries.is_empty() {
             return candidates;
         }
         let measure = self.fine_measure();
@@ -142,6 +184,11 @@ impl<'a> Search<'a> {
         let room = symmetries.len().min(self.options.max_alternatives);
         candidates.extend(symmetries[..room].par_iter().map(image).collect::<Vec<_>>());
         comparable(self.sorted(candidates))
+    }
+
+    /// Whether there are more of these symmetries than alternatives are kept.
+    pub(crate) fn is_endless(&self, symmetries: &[Similarity3<f64>]) -> bool {
+        symmetries.len() > self.options.max_alternatives
     }
 
     /// Whether two poses put the suspect to different places.

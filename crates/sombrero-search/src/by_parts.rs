@@ -152,7 +152,7 @@ fn pooled(original: &Original, chosen: &[Chosen<'_>]) -> Estimate {
     let soup = original.model().soup();
     let (mut positions, mut present) = (soup.points.clone(), vec![false; soup.points.len()]);
     for Chosen { part, estimate, .. } in chosen {
-        for (local, &point) in part.component.points.iter().enumerate() {
+        for (local, &point) in part.shape.component.points.iter().enumerate() {
             if estimate.present[local] {
                 positions[point as usize] = estimate.positions[local];
                 present[point as usize] = true;
@@ -169,11 +169,11 @@ fn note(original: &Original, chosen: &[Chosen<'_>], best: &mut Vec<FoundPart>) {
     let parts = original.parts();
     for Chosen { component, place, part, estimate, p } in chosen {
         let found = FoundPart {
-            part: parts[place.part].component.number,
+            part: parts[place.part].shape.component.number,
             component: *component,
             pose: place.map,
             p: *p,
-            coverage: part.coverage(&estimate.present),
+            coverage: part.shape.coverage(&estimate.present),
         };
         match best.iter_mut().find(|known| known.component == *component) {
             Some(known) if found.p < known.p => *known = found,

@@ -3,7 +3,8 @@
 
 use crate::error::OriginalError;
 use crate::model::Model;
-use crate::parts::{Part, has_parts, parts};
+use crate::outline::Outline;
+use crate::parts::{Part, parts};
 use crate::stages::Stages;
 use crate::suspect::Suspect;
 use nalgebra::Point3;
@@ -16,16 +17,13 @@ use std::sync::OnceLock;
 /// A model, the basis over its points, and what is computed from them once for all suspects.
 #[derive(Debug)]
 pub struct Original {
-    model: Model,
+    outline: Outline,
     basis: Basis,
     /// [`Basis::digest`].
     basis_digest: [u8; 32],
     epsilon: f64,
-    /// As the file has them.
-    triangles: Vec<[u32; 3]>,
     /// Computed when the first suspect asks for them.
     extractor: OnceLock<Extractor>,
-    reference: OnceLock<Reference>,
     parts: OnceLock<Vec<Part>>,
 }
 
@@ -49,60 +47,55 @@ impl Original {
         options: &BasisOptions,
         epsilon: f64,
     ) -> Result<Self, OriginalError> {
-        // Timed for those who listen to the events; the caller times the whole.
-        let mut seconds = Stages::default();
-        let model = model(stored, scene, &mut seconds)?;
-        let mut progressive = seconds.time("conversion", || model.progressive());
-        let basis = seconds.time("basis", || model.basis_for(&mut progressive, options, epsilon))?;
-        drop(progressive);
-        Self::of_parts(stored, model, basis, epsilon)
+        Self::of_outline(Outline::new(stored, scene)?, options, epsilon)
     }
 
-    /// [`Original::of_scene`] with a basis that was computed before, which is taken at its word.
+    /// [`Original::of_scene`] of what is known already.
     ///
     /// # Errors
-    /// [`OriginalError`] when there is no face or the basis has another number of points.
-    pub fn with_basis(
-        stored: &Soup,
-        scene: &Scene,
-        basis: Basis,
-        epsilon: f64,
-    ) -> Result<Self, OriginalError> {
-        let model = model(stored, scene, &mut Stages::default())?;
-        Self::of_parts(stored, model, basis, epsilon)
+    /// [`OriginalError::Basis`] when the mesh cannot carry the basis.
+    pub fn of_outline(outline: Outline, options: &BasisOptions, epsilon: f64) -> Result<Self, OriginalError> {
+        // Timed for those who listen to the events; the caller times the whole.
+        let mut seconds = Stages::default();
+        let mut progressive = seconds.time("conversion", || outline.model().progressive());
+        let basis =
+            seconds.time("basis", || outline.model().basis_for(&mut progressive, options, epsilon))?;
+        drop(progressive);
+        Self::with_basis(outline, basis, epsilon)
     }
 
-    fn of_parts(stored: &Soup, mut model: Model, basis: Basis, epsilon: f64) -> Result<Self, OriginalError> {
-        let (rows, points) = (basis.vertex_count(), model.soup().points.len());
+    /// [`Original::of_outline`] with a basis that was computed before, which is taken at its word.
+    ///
+    /// # Errors
+    /// [`OriginalError::OtherBasis`] when the basis has another number of points.
+    pub fn with_basis(mut outline: Outline, basis: Basis, epsilon: f64) -> Result<Self, OriginalError> {
+        let (rows, points) = (basis.vertex_count(), outline.model().soup().points.len());
         if rows != points {
             return Err(OriginalError::OtherBasis { rows, points });
         }
-        model.forget_repaired();
-        Ok(Self {
-            model,
-            basis_digest: basis.digest(),
-            basis,
-            epsilon,
-            triangles: stored.triangles.clone(),
-            extractor: OnceLock::new(),
-            reference: OnceLock::new(),
-            parts: OnceLock::new(),
-        })
+        outline.forget_repaired();
+        let (extractor, parts) = (OnceLock::new(), OnceLock::new());
+        Ok(Self { outline, basis_digest: basis.digest(), basis, epsilon, extractor, parts })
+    }
+
+    /// What is known of it without the basis.
+    pub fn outline(&self) -> &Outline {
+        &self.outline
     }
 
     /// A file's vertices and triangles as a suspect of this original.
     pub fn suspect(&self, stored: &Soup) -> Suspect {
-        Suspect::new(stored, &self.model, &self.triangles)
+        self.outline.suspect(stored)
     }
 
     /// The triangles as the file has them.
     pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.triangles
+        self.outline.triangles()
     }
 
     /// The original as the method sees it.
     pub fn model(&self) -> &Model {
-        &self.model
+        self.outline.model()
     }
 
     /// The basis, over the model's points.
@@ -128,7 +121,7 @@ impl Original {
         if let Some(made) = self.extractor.get() {
             return Ok(made);
         }
-        let made = Extractor::new(&self.basis, self.epsilon, self.model.soup())?;
+        let made = Extractor::new(&self.basis, self.epsilon, self.model().soup())?;
         Ok(self.extractor.get_or_init(|| made))
     }
 
@@ -137,16 +130,12 @@ impl Original {
     /// # Errors
     /// [`RegistrationError`] when the surface is none that can be registered to.
     pub fn reference(&self) -> Result<&Reference, RegistrationError> {
-        if let Some(made) = self.reference.get() {
-            return Ok(made);
-        }
-        let made = Reference::new(&self.model.soup().points, &self.model.soup().triangles)?;
-        Ok(self.reference.get_or_init(|| made))
+        self.outline.reference()
     }
 
     /// Whether it has several parts.
     pub(crate) fn has_parts(&self) -> bool {
-        has_parts(self.model.soup())
+        self.outline.has_parts()
     }
 
     /// The parts that carry something, computed when first asked for.
@@ -154,7 +143,7 @@ impl Original {
         if let Some(made) = self.parts.get() {
             return made;
         }
-        let made = parts(self.model.soup(), &self.basis, self.epsilon);
+        let made = parts(self.model().soup(), &self.basis, self.epsilon);
         self.parts.get_or_init(|| made)
     }
 
@@ -163,7 +152,7 @@ impl Original {
     /// # Panics
     /// When `found` is shorter.
     pub fn coverage(&self, found: &[Option<Point3<f64>>]) -> f64 {
-        let soup = self.model.soup();
+        let soup = self.model().soup();
         let area = |corners: &[u32; 3]| {
             let [a, b, c] = corners.map(|v| &soup.points[v as usize]);
             sombrero_mesh::geometry::area_vector(a, b, c).norm()
@@ -174,12 +163,4 @@ impl Original {
         let covered: f64 = 0.0 + soup.triangles.iter().filter(present).map(area).sum::<f64>();
         if total > 0.0 { covered / total } else { 0.0 }
     }
-}
-
-fn model(stored: &Soup, scene: &Scene, seconds: &mut Stages) -> Result<Model, OriginalError> {
-    let model = seconds.time("weld", || Model::of_scene(stored, scene));
-    if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
-        return Err(OriginalError::NoFaces);
-    }
-    Ok(model)
 }

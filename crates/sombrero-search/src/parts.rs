@@ -68,18 +68,30 @@ pub(crate) fn are_alike(original: &[Component], suspect: &[Component]) -> bool {
 /// Part of the original that functions reach.
 #[derive(Debug)]
 pub(crate) struct Part {
-    pub(crate) component: Component,
+    pub(crate) shape: PartShape,
     /// The functions that reach it, ascending.
     pub(crate) functions: Vec<usize>,
     /// Of those functions, from this part alone.
     pub(crate) extractor: Extractor,
+}
+
+/// A part as its shape alone tells.
+#[derive(Debug)]
+pub(crate) struct PartShape {
+    pub(crate) component: Component,
     /// The largest side.
     pub(crate) side: f64,
     /// Made when first asked for; `None` where it has no shape.
     reference: OnceLock<Option<Reference>>,
 }
 
-impl Part {
+impl PartShape {
+    /// `None` of a component without points.
+    pub(crate) fn new(component: Component) -> Option<Self> {
+        let side = component.soup.bounding_box()?.largest_side();
+        Some(Self { component, side, reference: OnceLock::new() })
+    }
+
     /// What components of a suspect are registered to.
     pub(crate) fn reference(&self) -> Option<&Reference> {
         let Soup { points, triangles } = &self.component.soup;
@@ -133,8 +145,7 @@ pub(crate) fn parts(soup: &Soup, basis: &Basis, epsilon: f64) -> Vec<Part> {
         let basis = Basis::of_fields(component.points.len(), &fields);
         let extractor =
             Extractor::new(&basis, epsilon, &component.soup).ok().filter(|_| !functions.is_empty())?;
-        let side = component.soup.bounding_box()?.largest_side();
-        Some(Part { component, functions, extractor, side, reference: OnceLock::new() })
+        Some(Part { shape: PartShape::new(component)?, functions, extractor })
     };
     components.into_iter().zip(fields).filter_map(part).collect()
 }

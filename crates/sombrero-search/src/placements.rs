@@ -2,7 +2,7 @@
 
 use crate::limits::{MOST_POSES, TOLD_APART};
 use crate::pairs::Pairs;
-use crate::parts::{Component, Part};
+use crate::parts::{Component, PartShape};
 use crate::placement::{Placement, mirror_image};
 use nalgebra::{Affine3, Point3};
 use rayon::prelude::*;
@@ -15,6 +15,8 @@ const NUMBERINGS: usize = 240;
 const FITS: f64 = 0.03;
 /// Parts that a component is registered to: those that look most like it.
 const LIKELY: usize = 3;
+/// Parts whose likeness is further off than this, squared, are not tried: noise and other triangles change it by less than a fifth.
+const UNLIKE: f64 = 0.04;
 /// Scores of poses are told apart by this factor, and this much.
 const SCORES_APART: (f64, f64) = (2.25, 0.005);
 
@@ -39,7 +41,7 @@ pub(crate) struct Place {
 }
 
 /// Components whose connectivity is that of a part, placed by all numberings that fit.
-pub(crate) fn by_vertices<'a>(parts: &[Part], components: &'a [Component]) -> Vec<Found<'a>> {
+pub(crate) fn by_vertices<'a>(parts: &[&PartShape], components: &'a [Component]) -> Vec<Found<'a>> {
     let found = |component: &'a Component| {
         let places = parts.iter().enumerate().flat_map(|(number, part)| numbered(number, part, component));
         with_best(component, places.collect(), |best| TOLD_APART.0 * best + TOLD_APART.1)
@@ -48,7 +50,7 @@ pub(crate) fn by_vertices<'a>(parts: &[Part], components: &'a [Component]) -> Ve
 }
 
 /// All ways to number a component as a part that fit.
-fn numbered(number: usize, part: &Part, component: &Component) -> Vec<Place> {
+fn numbered(number: usize, part: &PartShape, component: &Component) -> Vec<Place> {
     let (original, suspect) = (&part.component.soup, &component.soup);
     let [n, m] = [original, suspect].map(|soup| soup.points.len());
     if n != m || original.triangles.len() != suspect.triangles.len() {
@@ -69,7 +71,7 @@ fn numbered(number: usize, part: &Part, component: &Component) -> Vec<Place> {
 }
 
 /// Components placed by their surfaces, whole ones.
-pub(crate) fn by_surfaces<'a>(parts: &[Part], components: &'a [Component]) -> Vec<Found<'a>> {
+pub(crate) fn by_surfaces<'a>(parts: &[&PartShape], components: &'a [Component]) -> Vec<Found<'a>> {
     let likeness_of = |soup: &Soup| likeness(&soup.points, &soup.triangles);
     let known: Vec<Option<[f64; 3]>> = parts.iter().map(|part| likeness_of(&part.component.soup)).collect();
     let found = |component: &'a Component| {
@@ -80,16 +82,17 @@ pub(crate) fn by_surfaces<'a>(parts: &[Part], components: &'a [Component]) -> Ve
             .enumerate()
             .filter_map(|(number, other)| Some((apart(other.as_ref()?), number)))
             .collect();
+        likely.retain(|(apart, _)| *apart <= UNLIKE);
         likely.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         likely.truncate(LIKELY);
-        let places = likely.into_iter().flat_map(|(_, number)| registered(number, &parts[number], component));
+        let places = likely.into_iter().flat_map(|(_, number)| registered(number, parts[number], component));
         with_best(component, places.collect(), |best| SCORES_APART.0 * best + SCORES_APART.1)
     };
     components.par_iter().filter_map(found).collect()
 }
 
 /// All poses of a component on a part, or of its mirror image, that can be trusted.
-fn registered(number: usize, part: &Part, component: &Component) -> Vec<Place> {
+fn registered(number: usize, part: &PartShape, component: &Component) -> Vec<Place> {
     let options = RegisterOptions { starts: Starts::Moments, ..RegisterOptions::default() };
     let poses = |soup: &Soup| -> Option<Registration> {
         let found = register(part.reference()?, &soup.points, &soup.triangles, &options).ok()?;

@@ -2,9 +2,10 @@
 
 use crate::budget::Budget;
 use crate::error::SearchError;
+use crate::glance::Glance;
 use crate::limits::{CORRESPONDS, MOST_POSES};
 use crate::options::When;
-use crate::original::Original;
+use crate::outline::Outline;
 use crate::placement::{Placement, mirror_image};
 use crate::stages::Stages;
 use nalgebra::{Affine3, Point3, Similarity3};
@@ -28,15 +29,31 @@ pub(crate) struct Poses {
 }
 
 /// The similarities in which a suspect may fit; or that it has to be taken where it is, and the reason.
+#[derive(Debug)]
 pub(crate) enum Similar {
     Found(Registration),
     AsItIs(Option<String>),
 }
 
 impl Similar {
-    /// Whether the surfaces say that the suspect shows the original.
+    /// Whether the surfaces say that the suspect shows the outline.
     pub(crate) fn is_trusted(&self) -> bool {
         matches!(self, Self::Found(found) if found.trusted)
+    }
+
+    /// Whether they say that it has next to nothing in common with the original.
+    pub(crate) fn is_apart(&self) -> bool {
+        matches!(self, Self::Found(found) if !found.trusted && found.agreement < IN_COMMON)
+    }
+
+    /// Best first, [`MOST_POSES`] at most.
+    pub(crate) fn poses(&self) -> Vec<Affine3<f64>> {
+        match self {
+            Self::Found(found) => {
+                found.poses().map(|pose| affine(pose.reference_from_suspect)).take(MOST_POSES).collect()
+            }
+            Self::AsItIs(_) => vec![Affine3::identity()],
+        }
     }
 
     /// The score up to which a pose of the mirror image fits about as well, or better.
@@ -50,7 +67,7 @@ impl Similar {
 
 /// The similarities that the surfaces cannot tell from the best.
 pub(crate) fn similar(
-    original: &Original,
+    outline: &Outline,
     suspect: &Soup,
     registration: When,
     seconds: &mut Stages,
@@ -59,7 +76,7 @@ pub(crate) fn similar(
         return Ok(Similar::AsItIs(None));
     }
     let found = seconds.time("registration", || {
-        register(original.reference()?, &suspect.points, &suspect.triangles, &RegisterOptions::default())
+        register(outline.reference()?, &suspect.points, &suspect.triangles, &RegisterOptions::default())
     });
     match found {
         Ok(found) => Ok(Similar::Found(found)),
@@ -72,14 +89,14 @@ pub(crate) fn similar(
 
 /// The poses of the suspect's mirror image, where they can be trusted and their score is not above `limit`.
 pub(crate) fn mirrored(
-    original: &Original,
+    outline: &Outline,
     suspect: &Soup,
     limit: f64,
     seconds: &mut Stages,
 ) -> Vec<Affine3<f64>> {
     let image = mirror_image(suspect);
     let found = seconds.time("mirror image", || {
-        register(original.reference()?, &image.points, &image.triangles, &RegisterOptions::default())
+        register(outline.reference()?, &image.points, &image.triangles, &RegisterOptions::default())
     });
     let Ok(found) = found else { return Vec::new() };
     if !found.trusted || found.best.score > limit {
@@ -91,40 +108,27 @@ pub(crate) fn mirrored(
 
 /// Every pose that the surfaces cannot tell from the best: similarities, or affine maps where no similarity fits.
 pub(crate) fn poses(
-    original: &Original,
+    outline: &Outline,
     suspect: &Soup,
     registration: When,
     similar: Similar,
     budget: Budget,
     seconds: &mut Stages,
 ) -> Result<Poses, SearchError> {
-    let similar = match similar {
-        Similar::Found(found) => found,
-        Similar::AsItIs(warning) => {
-            return Ok(Poses { found: vec![Affine3::identity()], unrelated: false, warning });
-        }
+    let mut found = similar.poses();
+    let mut unrelated = similar.is_apart();
+    let trusted = match similar {
+        Similar::Found(found) => found.trusted,
+        Similar::AsItIs(warning) => return Ok(Poses { found, unrelated, warning }),
     };
-    let options = RegisterOptions::default();
-    if !similar.trusted && !budget.is_spent() {
-        let stretched = seconds.time("registration", || {
-            register_affine(original.reference()?, &suspect.points, &suspect.triangles, &options)
-        });
-        if let Ok(found) = stretched
-            && found.trusted
-        {
-            let poses = found.poses().map(|pose| pose.reference_from_suspect);
-            let found = poses.take(MOST_POSES).collect();
-            return Ok(Poses { found, unrelated: false, warning: None });
-        }
+    if !trusted
+        && !budget.is_spent()
+        && let Some(found) = stretched(outline, suspect, seconds)
+    {
+        return Ok(Poses { found, unrelated: false, warning: None });
     }
-    let warning = (!similar.trusted).then(|| {
-        "The suspect fits the original badly in every pose that was tried; it may be another shape."
-            .to_owned()
-    });
-    let mut unrelated = !similar.trusted && similar.agreement < IN_COMMON;
-    let found = similar.poses().map(|pose| affine(pose.reference_from_suspect));
-    let mut found: Vec<Affine3<f64>> = found.take(MOST_POSES).collect();
-    if registration == When::Auto && lies_elsewhere(original, suspect, &found)? {
+    let warning = (!trusted).then(|| Glance::ANOTHER_SHAPE.to_owned());
+    if registration == When::Auto && lies_elsewhere(outline, suspect, &found)? {
         found.insert(0, Affine3::identity());
         found.truncate(MOST_POSES);
         unrelated = false;
@@ -132,17 +136,35 @@ pub(crate) fn poses(
     Ok(Poses { found, unrelated, warning })
 }
 
+/// The affine maps that fit, where they can be trusted; best first, [`MOST_POSES`] at most.
+pub(crate) fn stretched(
+    outline: &Outline,
+    suspect: &Soup,
+    seconds: &mut Stages,
+) -> Option<Vec<Affine3<f64>>> {
+    let found = seconds.time("registration", || {
+        let options = RegisterOptions::default();
+        register_affine(outline.reference()?, &suspect.points, &suspect.triangles, &options)
+    });
+    let found = found.ok().filter(|found| found.trusted)?;
+    Some(found.poses().map(|pose| pose.reference_from_suspect).take(MOST_POSES).collect())
+}
+
 /// Whether the suspect lies on the original as it is, and none of the poses says so: a small piece that nobody moved
 /// may fit better somewhere else.
-fn lies_elsewhere(original: &Original, suspect: &Soup, poses: &[Affine3<f64>]) -> Result<bool, SearchError> {
-    let near = CORRESPONDS * original.model().largest_side();
+pub(crate) fn lies_elsewhere(
+    outline: &Outline,
+    suspect: &Soup,
+    poses: &[Affine3<f64>],
+) -> Result<bool, SearchError> {
+    let near = CORRESPONDS * outline.model().largest_side();
     let stride = suspect.points.len().div_ceil(ENOUGH).max(1);
     let some: Vec<Point3<f64>> = suspect.points.iter().step_by(stride).copied().collect();
     let moves = |pose: &Affine3<f64>| {
         let squares: f64 = some.iter().map(|p| (pose * p - p).norm_squared()).sum();
         (squares / some.len().max(1) as f64).sqrt() > near
     };
-    Ok(poses.iter().all(moves) && original.reference()?.distance(&some) < near)
+    Ok(poses.iter().all(moves) && outline.reference()?.distance(&some) < near)
 }
 
 fn affine(similarity: Similarity3<f64>) -> Affine3<f64> {

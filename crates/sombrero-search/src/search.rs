@@ -8,34 +8,48 @@ use crate::budget::Budget;
 use crate::by_parts::{FoundPart, by_parts};
 use crate::error::SearchError;
 use crate::examiner::{Examiner, Look};
+use crate::glance::Glance;
+use crate::limits::MOST_POSES;
 use crate::matched::matched;
 use crate::nuisances::{NUISANCES, QUICK};
 use crate::options::{SearchOptions, When};
 use crate::original::Original;
-use crate::parts::{Component, are_alike, components};
+use crate::parts::{Component, PartShape, are_alike, components};
 use crate::placements::{self, Found};
-use crate::poses::{mirrored, poses, similar};
+use crate::poses::{Similar, mirrored, poses, similar};
 use crate::stages::Stages;
 use crate::surfaces::by_surfaces;
 use crate::suspect::Suspect;
 use crate::tally::Tally;
 use crate::vertices::{Correspondence, by_vertices};
+use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
 /// Correspondences that are further off than this, in largest sides of what was found, are those of other parts where each part
 /// has its own.
 const HOPELESS: f64 = 0.05;
 
+/// Poses that are tried of a shape that has endlessly many, so that next to none of those tried can be right.
+const SOME: usize = 12;
+/// What is said of such a shape.
+const ENDLESS: &str = "The original goes onto itself in endlessly many ways, as balls and bodies of revolution do, \
+                       and no fit tells which of them is right: few were tried. Where vertices and triangles are \
+                       kept the mark is found; else put the suspect onto the original by hand and take it as it is \
+                       (registration never).";
+
 /// A search that is over.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct SearchOutcome<E> {
-    /// What the suspect was taken for, in order: one at least. The smallest corrected p of all looks is the answer.
+    /// What the suspect was taken for, in order: one at least, unless it is another shape. The smallest corrected p of all looks is
+    /// the answer.
     pub looks: Vec<Looked<E>>,
     /// Seconds by stage.
     pub seconds: Stages,
     /// What the user should know, in sentences.
     pub warnings: Vec<String>,
+    /// Whether the suspect is another shape, and nothing was looked at.
+    pub another_shape: bool,
     /// Whether [`SearchOptions::budget`] ran out before all was looked at.
     pub budget_spent: bool,
 }
@@ -67,14 +81,34 @@ pub fn search<E: Examiner>(
     options: &SearchOptions,
     examiner: E,
 ) -> Result<SearchOutcome<E>, E::Error> {
+    search_from(original.outline().glance(suspect, options)?, original, suspect, options, examiner)
+}
+
+/// [`search`] that goes on from the first look at this suspect with these options.
+///
+/// # Errors
+/// As [`search`].
+pub fn search_from<E: Examiner>(
+    glance: Glance,
+    original: &Original,
+    suspect: &Suspect,
+    options: &SearchOptions,
+    examiner: E,
+) -> Result<SearchOutcome<E>, E::Error> {
+    let another_shape = glance.is_another_shape();
+    let Glance { budget, matched, similar, seconds, .. } = glance;
     let done = SearchOutcome {
         looks: Vec::new(),
-        seconds: Stages::default(),
+        seconds,
         warnings: Vec::new(),
+        another_shape,
         budget_spent: false,
     };
-    let budget = Budget::new(options.budget);
-    let mut search = Search { original, suspect, options, budget, examiner, done };
+    let mut search = Search { original, suspect, options, budget, matched, similar, examiner, done };
+    if another_shape {
+        search.done.warnings.push(Glance::ANOTHER_SHAPE.to_owned());
+        return Ok(search.done);
+    }
     search.all()?;
     let done = search.done;
     if !done.looks.is_empty() {
@@ -91,6 +125,9 @@ struct Search<'a, E> {
     suspect: &'a Suspect,
     options: &'a SearchOptions,
     budget: Budget,
+    /// What the first look found.
+    matched: Option<Vec<Vec<Option<Point3<f64>>>>>,
+    similar: Option<Similar>,
     examiner: E,
     /// Those that are over.
     done: SearchOutcome<E>,
@@ -132,8 +169,8 @@ impl<'a, E: Examiner> Search<'a, E> {
         }
         if !fits && whole.is_shared() {
             let components = self.components();
-            let parts = if components.is_empty() { &[] } else { self.original.parts() };
-            let found = whole.seconds.time("matching", || placements::by_vertices(parts, &components));
+            let shapes = self.shapes_of_parts(&components);
+            let found = whole.seconds.time("matching", || placements::by_vertices(&shapes, &components));
             if !found.is_empty() {
                 let all = found.len() == components.len();
                 if self.look_at_parts(found)? {
@@ -155,12 +192,15 @@ impl<'a, E: Examiner> Search<'a, E> {
     }
 
     /// All that are stored or that the connectivity permits.
-    fn correspondences(&self, whole: &mut Tally<'a, E>) -> Vec<Correspondence> {
+    fn correspondences(&mut self, whole: &mut Tally<'a, E>) -> Vec<Correspondence> {
         let (original, registers) = (self.original, whole.registers());
         if let Some(stored) = &self.suspect.correspondence {
             return vec![Correspondence::new(original, stored.clone(), registers)];
         }
-        let found = whole.seconds.time("matching", || matched(original.model(), &self.suspect.soup));
+        let known = self.matched.take();
+        let found = known.unwrap_or_else(|| {
+            whole.seconds.time("matching", || matched(original.model(), &self.suspect.soup))
+        });
         let all = found.into_iter().map(|found| Correspondence::new(original, found, registers));
         if original.has_parts()
             && are_alike(&components(original.model().soup()), &components(&self.suspect.soup))
@@ -187,7 +227,11 @@ impl<'a, E: Examiner> Search<'a, E> {
 
     fn by_surfaces(&mut self, whole: &mut Tally<'a, E>) -> Result<(), E::Error> {
         let (original, suspect) = (self.original, &self.suspect.soup);
-        let upright = similar(original, suspect, self.options.registration, &mut whole.seconds)?;
+        let outline = original.outline();
+        let upright = match self.similar.take() {
+            Some(known) => known,
+            None => similar(outline, suspect, self.options.registration, &mut whole.seconds)?,
+        };
         let (trusted, limit) = (upright.is_trusted(), upright.limit_of_mirror_image());
         // What is found needs no other look, so that each kind of look is at one thing, which the shape decides.
         let others = whole.is_shared() && !whole.is_found();
@@ -195,10 +239,15 @@ impl<'a, E: Examiner> Search<'a, E> {
             return Ok(());
         }
         let poses =
-            poses(original, suspect, self.options.registration, upright, self.budget, &mut whole.seconds)?;
+            poses(outline, suspect, self.options.registration, upright, self.budget, &mut whole.seconds)?;
         whole.warnings.extend(poses.warning);
         // All that were planned count.
         let nuisances = if poses.unrelated { &NUISANCES[..QUICK] } else { &NUISANCES[..] };
+        if poses.found.len() == MOST_POSES && outline.reference().is_ok_and(|r| r.is_endless()) {
+            whole.warnings.push(ENDLESS.to_owned());
+            by_surfaces(original, self.suspect, &poses.found[..SOME], &NUISANCES[..1], whole)?;
+            return Ok(());
+        }
         by_surfaces(original, self.suspect, &poses.found, nuisances, whole)?;
         if whole.is_shared() && trusted && !whole.is_found() {
             self.look_in_mirror(limit)?;
@@ -213,7 +262,7 @@ impl<'a, E: Examiner> Search<'a, E> {
         }
         let mut tally = self.tally(Look::Mirrored);
         let suspect = &self.suspect.soup;
-        let poses = mirrored(self.original, suspect, limit, &mut tally.seconds);
+        let poses = mirrored(self.original.outline(), suspect, limit, &mut tally.seconds);
         by_surfaces(self.original, self.suspect, &poses, &NUISANCES, &mut tally)?;
         Ok(self.close(tally, Vec::new()))
     }
@@ -228,9 +277,9 @@ impl<'a, E: Examiner> Search<'a, E> {
             return Ok(false);
         }
         let components = self.components();
-        let parts = if components.is_empty() { &[] } else { self.original.parts() };
+        let shapes = self.shapes_of_parts(&components);
         let seconds = &mut self.done.seconds;
-        let found = seconds.time("registration", || placements::by_surfaces(parts, &components));
+        let found = seconds.time("registration", || placements::by_surfaces(&shapes, &components));
         if found.is_empty() { Ok(false) } else { self.look_at_parts(found) }
     }
 
@@ -247,6 +296,12 @@ impl<'a, E: Examiner> Search<'a, E> {
         }
         let components = components(&self.suspect.soup);
         if components.len() > 1 || self.original.has_parts() { components } else { Vec::new() }
+    }
+
+    /// Those of the original's parts, where there are components to be laid on them.
+    fn shapes_of_parts(&self, components: &[Component]) -> Vec<&'a PartShape> {
+        let parts = if components.is_empty() { &[] } else { self.original.parts() };
+        parts.iter().map(|part| &part.shape).collect()
     }
 
     fn tally(&self, look: Look) -> Tally<'a, E> {

@@ -13,12 +13,13 @@ pub use attack::{AttackFileError, AttackedFile, attack};
 pub use claim::{CONVINCING, Claim, Commitment, Convinces, KEYS, SUSPECTS, TIMESTAMPS, settings_weight};
 pub use compare::{CompareError, Comparison, compare};
 pub use detect::{
-    Alignment, DetectError, DetectOptions, Detection, Detector, Measured, Method, Part, Variant, detect,
+    Alignment, DetectError, DetectOptions, Detection, Detector, FirstLook, Glancer, Measured, Method, Part,
+    Variant, detect,
 };
 pub use embed::{DistortionReport, EmbedError, EmbedOptions, EmbedReport, Embedder, Marked, embed};
 pub use info::{Corners, Info, info};
 pub use prepared_basis::{PreparedBasis, PreparedBasisError};
-pub use sombrero_search::{Model, SearchError, Stages, Suspect, When};
+pub use sombrero_search::{Glance, Model, SearchError, Stages, Suspect, When};
 pub use trace::{Named, Rejected, Trace, Tracer};
 
 pub use nalgebra;

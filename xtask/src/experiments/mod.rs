@@ -13,6 +13,7 @@ pub(crate) mod peers;
 mod plot;
 pub(crate) mod presets;
 mod program;
+pub(crate) mod removal;
 pub(crate) mod roc;
 pub(crate) mod scaling;
 pub(crate) mod tables;

@@ -10,3 +10,4 @@ pub(crate) mod principal_axes;
 pub(crate) mod ranking;
 pub(crate) mod rotations;
 pub(crate) mod rough;
+pub(crate) mod screen;

@@ -19,7 +19,7 @@ use sombrero_spatial::robust::median;
 /// Distance from which two surfaces have nothing to do with each other, τ.
 pub(crate) const REACH: f64 = 0.02;
 /// Distance up to which they agree.
-const CLOSE: f64 = REACH / 4.0;
+pub(crate) const CLOSE: f64 = REACH / 4.0;
 /// A counterpart on the boundary must be this many median distances close: beyond the rim is nothing.
 const BOUNDARY_MEDIANS: f64 = 4.0;
 /// Samples of a side in a quick look.

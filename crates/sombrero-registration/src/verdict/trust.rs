@@ -21,6 +21,10 @@ const LEAST_AGREEMENT: f64 = 0.4;
 const LEAST_SHARPNESS: f64 = 0.7;
 /// Part of both from which a full refinement may yet make a quickly refined pose trustworthy.
 const PROMISING: f64 = 0.75;
+/// Part of both that a pose has, measured by few samples, which is trusted when measured by many.
+const NEARLY: f64 = 0.9;
+/// Part of both below which more steps change nothing.
+const HOPELESS: f64 = 0.5;
 
 /// Whether the two surfaces are, in this pose, the same one as far as they go.
 pub(crate) fn is_trusted(fit: &Fit) -> bool {
@@ -30,6 +34,17 @@ pub(crate) fn is_trusted(fit: &Fit) -> bool {
 /// Whether a pose of which only few steps were made is worth all of them.
 pub(crate) fn is_promising(fit: &Fit) -> bool {
     fit.agreement() >= PROMISING * LEAST_AGREEMENT && fit.sharpness() >= PROMISING * LEAST_SHARPNESS
+}
+
+/// Whether a pose that has come to rest on few samples may be trusted after the last steps.
+pub(crate) fn is_nearly_trusted(fit: &Fit) -> bool {
+    fit.agreement() >= NEARLY * LEAST_AGREEMENT && fit.sharpness() >= NEARLY * LEAST_SHARPNESS
+}
+
+/// Whether a pose of which only few steps were made is that of another shape, as far as it tells.
+pub(crate) fn is_hopeless(fit: &Fit) -> bool {
+    fit.agreement() < HOPELESS * LEAST_AGREEMENT && fit.sharpness() < PROMISING * LEAST_SHARPNESS
+        || fit.sharpness() < HOPELESS * LEAST_SHARPNESS
 }
 
 #[cfg(test)]

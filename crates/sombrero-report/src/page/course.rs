@@ -15,7 +15,8 @@ pub(super) fn section(detection: &Detection, side: f64, program: &str) -> Markup
             h3 { "What was tried" }
             (variants(detection))
             h3 { "How the suspect was moved" }
-            @if detection.parts.is_empty() { (alignment(detection.registration.as_ref(), side)) }
+            @if detection.variant.is_none() { p { "The suspect was not moved." } }
+            @else if detection.parts.is_empty() { (alignment(detection.registration.as_ref(), side)) }
             @else { (parts(&detection.parts, side)) }
             h3 { "How long it took" }
             (timings(detection))
@@ -36,6 +37,9 @@ fn parameters(detection: &Detection, program: &str) -> Markup {
 }
 
 fn variants(detection: &Detection) -> Markup {
+    let Some(winner) = detection.variant else {
+        return html! { p { "None: the shapes alone say that the suspect shows something else, so nothing was compared." } };
+    };
     let (tried, counted) = (detection.variants.len(), detection.variants_counted);
     html! {
         p {
@@ -53,7 +57,7 @@ fn variants(detection: &Detection) -> Markup {
                         th scope="col" { "Counts" }
                     }
                 }
-                tbody { @for variant in &detection.variants { (variant_row(detection.method, variant, detection.variant)) } }
+                tbody { @for variant in &detection.variants { (variant_row(detection.method, variant, winner)) } }
             }
         }
     }

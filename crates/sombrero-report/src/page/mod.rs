@@ -52,7 +52,8 @@ pub fn page(report: &Report<'_>) -> Result<String, PageError> {
     let shapes = Shapes::new(report);
     let pictures = Pictures::new(&shapes)?;
     let scene = Scene::new(&shapes);
-    let plot = Plot::new(&report.key.watermark, &report.detection.extracted, report.detection.variant.test);
+    let test = report.detection.variant.map(|variant| variant.test);
+    let plot = Plot::new(&report.key.watermark, &report.detection.extracted, test);
     let page = html! {
         (DOCTYPE)
         html lang="en" {

@@ -24,8 +24,8 @@ pub(super) struct Plot {
 
 impl Plot {
     /// The correlation's test drops extracted coefficients of unusual size, the ellipsoid's keeps all.
-    pub(super) fn new(inserted: &[f64], extracted: &[Option<f64>], test: Statistic) -> Self {
-        let limit = test.outlier_threshold;
+    pub(super) fn new(inserted: &[f64], extracted: &[Option<f64>], test: Option<Statistic>) -> Self {
+        let limit = test.and_then(|test| test.outlier_threshold);
         let mut plot = Self { used: vec![], dropped: vec![], missing: vec![], limit, reach: 3.0 };
         for (&w, e) in inserted.iter().zip(extracted).filter(|(w, _)| w.is_finite()) {
             match e.filter(|e| e.is_finite()) {

@@ -176,7 +176,7 @@ fn text_from_outside_is_escaped() {
 #[test]
 fn the_plot_has_a_sign_for_each_coefficient() {
     let mut case = marked();
-    case.detection.variant.test = sombrero::stats::Statistic::CORRELATION;
+    case.detection.variant.as_mut().unwrap().test = sombrero::stats::Statistic::CORRELATION;
     let total = case.key.watermark.len();
     case.detection.extracted[3] = None;
     case.detection.extracted[4] = Some(f64::NAN);

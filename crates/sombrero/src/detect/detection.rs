@@ -29,11 +29,12 @@ pub struct Detection {
     pub coverage: f64,
     /// The method.
     pub method: Method,
-    /// The variant that won.
-    pub variant: Variant,
+    /// The variant that won; `None` where the suspect is another shape, so that nothing was compared and p is 1.
+    pub variant: Option<Variant>,
     /// All variants that were tried.
     pub variants: Vec<Variant>,
-    /// The number of variants that p was corrected for: those tried, and those left out because one was certain.
+    /// The number of variants that p was corrected for: those tried, and those left out because one was certain. 0 where there is
+    /// nothing to be corrected.
     pub variants_counted: usize,
     /// The map that brought the suspect onto the original; `None` when it was taken as it is.
     pub registration: Option<Alignment>,
@@ -56,6 +57,40 @@ pub struct Detection {
     pub seconds: Stages,
     /// What the user should know, in sentences.
     pub warnings: Vec<String>,
+}
+
+impl Detection {
+    /// The robust method's answer about a suspect that is another shape. `coefficients` is the length of the watermark, `points`
+    /// the number of the original's points.
+    pub(super) fn of_another_shape(
+        coefficients: usize,
+        points: usize,
+        threshold: f64,
+        seconds: Stages,
+        warnings: Vec<String>,
+    ) -> Self {
+        Self {
+            detected: threshold >= 1.0,
+            p_value: 1.0,
+            log10_p: 0.0,
+            threshold,
+            correlation: 0.0,
+            coefficients_used: 0,
+            coverage: 0.0,
+            method: Method::Robust,
+            variant: None,
+            variants: Vec::new(),
+            variants_counted: 0,
+            registration: None,
+            parts: Vec::new(),
+            extracted: vec![None; coefficients],
+            measured: None,
+            found: vec![None; points],
+            budget_spent: false,
+            seconds,
+            warnings,
+        }
+    }
 }
 
 /// w* and its precision: with the key all that the ellipsoid test needs.

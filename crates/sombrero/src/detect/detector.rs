@@ -7,7 +7,7 @@ use super::{paper, robust};
 use crate::prepared_basis::{self, PreparedBasis};
 use sombrero_basis::Basis;
 use sombrero_io::Document;
-use sombrero_search::{Model, Original, Suspect};
+use sombrero_search::{Glance, Model, Original, Outline, Suspect};
 use sombrero_watermark::{Key, OriginalDigest, Parameters};
 use std::sync::Arc;
 
@@ -59,11 +59,19 @@ impl Detector {
         trusting: bool,
     ) -> Result<Self, DetectError> {
         check(original, &key, trusting)?;
-        let (file, scene) = (original.soup(), original.scene());
+        Self::of_outline(outline(original)?, key, stored, trusting)
+    }
+
+    pub(super) fn of_outline(
+        outline: Outline,
+        key: Key,
+        stored: Option<PreparedBasis>,
+        trusting: bool,
+    ) -> Result<Self, DetectError> {
         let Parameters { basis, epsilon, .. } = &key.parameters;
         let original = match stored {
-            Some(PreparedBasis(stored)) => Original::with_basis(file, &scene, stored, *epsilon)?,
-            None => Original::of_scene(file, &scene, basis, *epsilon)?,
+            Some(PreparedBasis(stored)) => Original::with_basis(outline, stored, *epsilon)?,
+            None => Original::of_outline(outline, basis, *epsilon)?,
         };
         key.check_basis(original.basis_digest())?;
         Ok(Self { original: Arc::new(original), key, trusting })
@@ -116,9 +124,22 @@ impl Detector {
     /// # Errors
     /// [`DetectError`] when the question makes no sense.
     pub fn detect(&self, suspect: &Suspect, options: &DetectOptions) -> Result<Detection, DetectError> {
+        self.detect_after(None, suspect, options)
+    }
+
+    /// [`Detector::detect`] after a first look at this suspect with these options, where one was taken.
+    ///
+    /// # Errors
+    /// As [`Detector::detect`].
+    pub fn detect_after(
+        &self,
+        glance: Option<Glance>,
+        suspect: &Suspect,
+        options: &DetectOptions,
+    ) -> Result<Detection, DetectError> {
         options.check(suspect)?;
         match options.method {
-            Method::Robust => robust::detect(&self.original, &self.key.watermark, suspect, options),
+            Method::Robust => robust::detect(&self.original, &self.key.watermark, suspect, options, glance),
             Method::Paper => paper::detect(&self.original, &self.key.watermark, suspect, options),
         }
     }
@@ -139,8 +160,12 @@ impl Detector {
     }
 }
 
+pub(super) fn outline(original: &Document) -> Result<Outline, DetectError> {
+    Ok(Outline::new(original.soup(), &original.scene())?)
+}
+
 /// Whether the key was made for this original and, unless it is taken at its word, is genuine.
-fn check(original: &Document, key: &Key, trusting: bool) -> Result<(), DetectError> {
+pub(super) fn check(original: &Document, key: &Key, trusting: bool) -> Result<(), DetectError> {
     key.check_original(&OriginalDigest::of(original.parts()))?;
     if !trusting {
         key.check_watermark()?;

@@ -3,6 +3,7 @@
 mod detection;
 mod detector;
 mod error;
+mod glancer;
 mod options;
 mod paper;
 pub(crate) mod robust;
@@ -11,6 +12,7 @@ pub(crate) use detection::positions;
 pub use detection::{Alignment, Detection, Measured, Part, Variant};
 pub use detector::Detector;
 pub use error::DetectError;
+pub use glancer::{FirstLook, Glancer};
 pub use options::{DetectOptions, Method};
 
 use sombrero_io::Document;

@@ -173,7 +173,7 @@ impl<'a> Attempts<'a> {
             coefficients_used: best.test.used,
             coverage: self.original.coverage(&best.found),
             method: Method::Paper,
-            variant: best.variant,
+            variant: Some(best.variant),
             variants,
             variants_counted: planned,
             registration: aligned.as_ref().map(Alignment::of_registration),

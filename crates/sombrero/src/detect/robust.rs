@@ -8,20 +8,34 @@ use super::options::{DetectOptions, Method};
 use nalgebra::Affine3;
 use sombrero_extraction::Estimate;
 use sombrero_search::{
-    Examiner, FoundPart, Hypothesis, Look, Looked, Original, SearchError, SearchOutcome, Stages, Suspect,
-    search,
+    Examiner, FoundPart, Glance, Hypothesis, Look, Looked, Original, SearchError, SearchOutcome, Stages,
+    Suspect, search_from,
 };
 use sombrero_stats::{KeyTest, KeyTests, LogProbability, best_of};
 
+/// `glance` is the first look at this suspect with these options, made before.
 pub(super) fn detect(
     original: &Original,
     watermark: &[f64],
     suspect: &Suspect,
     options: &DetectOptions,
+    glance: Option<Glance>,
 ) -> Result<Detection, DetectError> {
     let one_key = OneKey { watermark, best: None, variants: Vec::new() };
-    let SearchOutcome { looks, seconds, mut warnings, budget_spent, .. } =
-        search(original, suspect, &options.search(), one_key)?;
+    let search_options = options.search();
+    let glance = glance.map_or_else(|| original.outline().glance(suspect, &search_options), Ok)?;
+    let SearchOutcome { looks, seconds, mut warnings, another_shape, budget_spent, .. } =
+        search_from(glance, original, suspect, &search_options, one_key)?;
+    if another_shape {
+        let points = original.model().soup().points.len();
+        return Ok(Detection::of_another_shape(
+            watermark.len(),
+            points,
+            options.threshold,
+            seconds,
+            warnings,
+        ));
+    }
     let mut variants = Vec::new();
     let mut winner: Option<(Outcome, LogProbability, usize, Vec<FoundPart>)> = None;
     for Looked { examiner, counted, parts, .. } in looks {
@@ -49,7 +63,7 @@ pub(super) fn detect(
         coefficients_used: used,
         coverage,
         method: Method::Robust,
-        variant,
+        variant: Some(variant),
         variants,
         variants_counted: counted,
         registration: pose.map(|pose| Alignment::of_estimate(&pose, &estimate, coverage)),

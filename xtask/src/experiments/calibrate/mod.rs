@@ -7,6 +7,7 @@
 //! its variants and has to correct p for that.
 
 mod key_tests;
+mod looks;
 mod pipeline;
 mod suspects;
 
@@ -16,6 +17,7 @@ use super::tables::Method;
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use key_tests::{Extracted, KeyTest, Known};
+use looks::Innocent;
 use pipeline::Pipeline;
 use plotters::chart::SeriesLabelPosition;
 use rand::SeedableRng;
@@ -39,6 +41,10 @@ pub(crate) struct Calibrate {
     /// Unmarked suspects for the whole detection; 1000 take some minutes, and 0 leaves this part out.
     #[arg(long, default_value_t = 0)]
     pipeline: u64,
+    /// Only the looks at mirror images, kits and point clouds, by the robust method: `calibration-looks.json` and `.svg`. The
+    /// pipeline's suspects then ask for these looks, and half as many are kits.
+    #[arg(long)]
+    looks: bool,
     /// Where `calibration.json` and `calibration.svg` are written; with the robust method `calibration-robust`.
     #[arg(long, default_value = "docs")]
     out: PathBuf,
@@ -62,6 +68,8 @@ struct Report {
     kinds: Vec<Calibrated>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pipeline: Option<Pipeline>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    innocent: Vec<Innocent>,
 }
 
 /// What one kind of suspect gave.
@@ -95,6 +103,9 @@ pub(crate) fn run(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
         bail!("the number of keys must be a multiple of {CHUNK}");
     }
     let suffix = args.method.suffix();
+    if args.looks {
+        return run_looks(args, folder);
+    }
     let read = |file| Case::read(folder, file, args.method.preset());
     let cases = [("fandisk", read("fandisk.obj")?), ("head", read("head.obj")?)];
     let wanted = KINDS.iter().filter(|kind| args.method == Method::Robust || !kind.surface);
@@ -112,9 +123,39 @@ pub(crate) fn run(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
     let pipeline = (args.pipeline > 0).then(|| Pipeline::run(args.method, args.pipeline)).transpose()?;
     std::fs::create_dir_all(&args.out)?;
     plot::write(&args.out.join(format!("calibration{suffix}.svg")), (760, 600), &[panel(&kinds)])?;
-    let report = Report { seed: SEED, confidence: CONFIDENCE, keys: args.keys, kinds, pipeline };
+    let report =
+        Report { seed: SEED, confidence: CONFIDENCE, keys: args.keys, kinds, pipeline, innocent: Vec::new() };
     let text = serde_json::to_string_pretty(&report)? + "\n";
     Ok(std::fs::write(args.out.join(format!("calibration{suffix}.json")), text)?)
+}
+
+/// The kinds of suspects that have looks of their own.
+fn run_looks(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
+    if args.method == Method::Paper {
+        bail!("the paper's method has one look; ask with --method robust or faithful");
+    }
+    let read = |file| Case::read(folder, file, args.method.preset());
+    let cases = [("fandisk", read("fandisk.obj")?), ("head", read("head.obj")?)];
+    let bar = bar(looks::KINDS.len() as u64 * args.keys, "watermarks")?;
+    let mut kinds = Vec::new();
+    for which in 0..looks::KINDS.len() {
+        let suspects = looks::suspects(which, args.method.preset(), &cases)?;
+        if suspects.is_empty() {
+            bail!("the search showed nothing of {}", looks::KINDS[which].0);
+        }
+        // Streams beside those of the usual kinds.
+        let stream = 200 + which as u64;
+        kinds.push(Calibrated::new(looks::KINDS[which].0, stream, &suspects, args.keys, &bar)?);
+    }
+    bar.finish_and_clear();
+    kinds.iter().for_each(Calibrated::print);
+    let innocent = if args.pipeline > 0 { Innocent::run(args.method, args.pipeline)? } else { Vec::new() };
+    std::fs::create_dir_all(&args.out)?;
+    plot::write(&args.out.join("calibration-looks.svg"), (760, 600), &[panel(&kinds)])?;
+    let (seed, confidence, keys) = (SEED, CONFIDENCE, args.keys);
+    let report = Report { seed, confidence, keys, kinds, pipeline: None, innocent };
+    let text = serde_json::to_string_pretty(&report)? + "\n";
+    Ok(std::fs::write(args.out.join("calibration-looks.json"), text)?)
 }
 
 fn bar(length: u64, what: &str) -> anyhow::Result<ProgressBar> {

@@ -79,12 +79,12 @@ impl Pipeline {
     }
 }
 
-fn document(soup: &Soup) -> anyhow::Result<Document> {
+pub(super) fn document(soup: &Soup) -> anyhow::Result<Document> {
     Ok(Document::parse(encode(Format::PlyBinaryLittleEndian, soup)?, Some("ply"))?)
 }
 
 /// With as many coefficients as a small shape carries.
-fn case(soup: &Soup, preset: Preset) -> anyhow::Result<Case> {
+pub(super) fn case(soup: &Soup, preset: Preset) -> anyhow::Result<Case> {
     let document = document(soup)?;
     let mut parameters = preset.parameters();
     let capacity = sombrero::info(&document).capacity;
@@ -101,7 +101,7 @@ fn detection(case: &Case, method: Method, rng: &mut ChaCha8Rng, seed: u64) -> an
 }
 
 /// The surface after one to three attacks of the battery; combinations that leave too little are drawn again.
-fn attacked(soup: &Soup, rng: &mut ChaCha8Rng) -> Soup {
+pub(super) fn attacked(soup: &Soup, rng: &mut ChaCha8Rng) -> Soup {
     loop {
         let count = rng.random_range(1..=3);
         let specs: Vec<&str> = (0..count).map(|_| BATTERY[rng.random_range(0..BATTERY.len())]).collect();

@@ -100,8 +100,8 @@ fn row(case: &Case, tried: &Tried) -> Row {
         detected: detection.detected,
         log10_p: detection.log10_p,
         correlation: detection.correlation,
-        registration: detection.variant.registration,
-        resampling: detection.variant.resampling,
+        registration: detection.variant.is_some_and(|variant| variant.registration),
+        resampling: detection.variant.is_some_and(|variant| variant.resampling),
     }
 }
 

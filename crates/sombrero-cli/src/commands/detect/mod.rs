@@ -12,9 +12,11 @@ use crate::timestamp::{self, Stamp};
 use args::{Args, Plan, Prepared};
 use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::watermark::Key;
-use sombrero::{Claim, Commitment, DetectError, Detection, Detector, PreparedBasis, SearchError};
+use sombrero::{
+    Claim, Commitment, DetectError, Detection, Detector, FirstLook, Glancer, PreparedBasis, SearchError,
+};
 use sombrero_report::{Evidence, FileHash, MEASURED, Remark, Report, page, record};
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell, RefCell};
 use std::path::Path;
 use std::time::Instant;
 
@@ -47,7 +49,10 @@ const WORDS: Words =
 struct Job<'a> {
     plan: &'a Plan,
     limits: Limits,
-    detector: Detector,
+    /// Who looks at suspects for as long as all of them are other shapes, and the stored basis for who comes after.
+    glancer: RefCell<Option<(Glancer, Option<PreparedBasis>)>>,
+    /// Who looks from the first on that is not.
+    detector: OnceCell<Detector>,
     /// Whether the basis came from a prepared file, and what is to be said of it.
     from_file: bool,
     note: Option<String>,
@@ -57,7 +62,7 @@ struct Job<'a> {
     key: FileHash,
     /// The key's timestamp, verified.
     commitment: Option<Commitment>,
-    preparation: f64,
+    preparation: Cell<f64>,
 }
 
 impl<'a> Job<'a> {
@@ -68,58 +73,68 @@ impl<'a> Job<'a> {
         let (stored, note) = stored(&plan.prepared, &key, limits)?;
         let from_file = stored.is_some();
         let start = Instant::now();
-        let detector = match stored {
-            Some(stored) => Detector::with_prepared_basis(&original, key, stored),
-            None => Detector::new(&original, key),
-        };
-        let detector = detector.map_err(|e| failure(plan, &plan.original, &e))?;
+        let glancer = Glancer::new(&original, key).map_err(|e| failure(plan, &plan.original, &e))?;
+        let key = glancer.key();
         // The key was made for a file with this hash, and that was checked.
-        let original_sha256 = hex::encode(detector.key().original_sha256);
+        let original_sha256 = hex::encode(key.original_sha256);
         let anchors = timestamp::anchors(plan.ca.as_deref())?;
-        let stamp = timestamp::of_key(&plan.key, detector.key(), &anchors)?;
+        let stamp = timestamp::of_key(&plan.key, key, &anchors)?;
         Ok(Self {
             plan,
             limits,
-            detector,
+            glancer: RefCell::new(Some((glancer, stored))),
+            detector: OnceCell::new(),
             from_file,
             note,
             confirmed: OnceCell::new(),
             original: FileHash { path: plan.original.display().to_string(), sha256: original_sha256 },
             key: FileHash::new(plan.key.display().to_string(), &bytes),
             commitment: stamp.as_ref().map(Stamp::commitment),
-            preparation: start.elapsed().as_secs_f64(),
+            preparation: Cell::new(start.elapsed().as_secs_f64()),
         })
     }
 
     /// Looks at one suspect, and writes its page to `report_path`.
     fn look(&self, path: &Path, report_path: Option<&Path>) -> Result<Answer, Failure> {
-        let Self { plan, detector, .. } = self;
+        let plan = self.plan;
         let _progress = Progress::new(format!("looking at {}", path.display()));
         let file = files::read_mesh(path, self.limits)?;
-        let evidence = self.evidence(path, &file);
-        let suspect = detector.suspect(&file);
+        let evidence = self.evidence(path, &file)?;
+        let suspect = self.with(|glancer| glancer.suspect(&file), |detector| detector.suspect(&file))?;
         // Detection needs the memory.
         drop(file);
-        let mut detection =
-            detector.detect(&suspect, &evidence.settings).map_err(|e| failure(plan, path, &e))?;
-        detection.seconds.0.insert(0, ("preparation", self.preparation));
+        let settings = &evidence.settings;
+        let first = self.with(|glancer| glancer.look(&suspect, settings), |_| Ok(FirstLook::Open(None)))?;
+        let detection = match first {
+            Ok(FirstLook::AnotherShape(answer)) => Ok(*answer),
+            Ok(FirstLook::Open(glance)) => self.detector()?.detect_after(glance, &suspect, settings),
+            Err(error) => Err(error),
+        };
+        let mut detection = detection.map_err(|e| failure(plan, path, &e))?;
+        detection.seconds.0.insert(0, ("preparation", self.preparation.get()));
         let mut remark = self.note.as_ref().map(|_| Remark::Unused);
         if detection.detected && self.from_file {
             remark = self.vouch()?;
         }
         detection.warnings.extend(remark.map(|remark| remark.sentence().to_owned()));
+        let glancer = self.glancer.borrow();
+        let (key, original) = match (self.detector.get(), glancer.as_ref()) {
+            (Some(detector), _) => (detector.key(), detector.model()),
+            (None, Some((glancer, _))) => (glancer.key(), glancer.model()),
+            (None, None) => return Err(unusable(plan)),
+        };
         let claim = Claim::new(
             detection.detected,
             detection.log10_p,
-            detector.key(),
+            key,
             self.commitment.clone(),
             &evidence.settings,
         );
         let report = Report {
             detection: &detection,
             claim: &claim,
-            key: detector.key(),
-            original: detector.model(),
+            key,
+            original,
             suspect: &suspect.soup,
             prepared: self.from_file,
             evidence: &evidence,
@@ -145,10 +160,36 @@ impl<'a> Job<'a> {
         Ok(Answer::new(text, &json)?.found_if(detection.detected))
     }
 
-    fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
+    fn evidence(&self, path: &Path, suspect: &Document) -> Result<Evidence, Failure> {
         let suspect = FileHash::of_mesh(path.display().to_string(), suspect);
         let (original, key) = (self.original.clone(), self.key.clone());
-        Evidence::new(suspect, original, key, self.detector.key(), self.plan.settings)
+        let of = self.with(|glancer| glancer.key().clone(), |detector| detector.key().clone())?;
+        Ok(Evidence::new(suspect, original, key, &of, self.plan.settings))
+    }
+
+    /// Asks whoever is there.
+    fn with<T>(
+        &self,
+        glancer: impl FnOnce(&Glancer) -> T,
+        detector: impl FnOnce(&Detector) -> T,
+    ) -> Result<T, Failure> {
+        match (self.detector.get(), self.glancer.borrow().as_ref()) {
+            (Some(known), _) => Ok(detector(known)),
+            (None, Some((known, _))) => Ok(glancer(known)),
+            (None, None) => Err(unusable(self.plan)),
+        }
+    }
+
+    /// The detector, made when the first suspect asks for it.
+    fn detector(&self) -> Result<&Detector, Failure> {
+        if let Some(made) = self.detector.get() {
+            return Ok(made);
+        }
+        let (glancer, stored) = self.glancer.take().ok_or_else(|| unusable(self.plan))?;
+        let start = Instant::now();
+        let made = glancer.detector(stored).map_err(|e| failure(self.plan, &self.plan.original, &e))?;
+        self.preparation.set(self.preparation.get() + start.elapsed().as_secs_f64());
+        Ok(self.detector.get_or_init(|| made))
     }
 
     /// Key and prepared file may have been made up together, and then any suspect has the mark. So what was found with
@@ -159,7 +200,7 @@ impl<'a> Job<'a> {
             return Ok(Some(Remark::Unconfirmed));
         }
         if self.confirmed.get().is_none() {
-            self.detector.confirm().map_err(|e| failure(self.plan, &self.plan.original, &e))?;
+            self.detector()?.confirm().map_err(|e| failure(self.plan, &self.plan.original, &e))?;
         }
         self.confirmed.get_or_init(|| ());
         Ok(None)
@@ -180,6 +221,12 @@ fn stored(
         Err(failure) if *named => Err(failure),
         Err(failure) => Ok((None, Some(failure.message().to_owned()))),
     }
+}
+
+/// Of a basis that could not be made for an earlier suspect, which said why.
+fn unusable(plan: &Plan) -> Failure {
+    let key = plan.key.display();
+    Failure::new("key", format!("{key}: it does not fit the original, as was said of an earlier suspect"))
 }
 
 /// Names the file that the error is about.
@@ -244,7 +291,9 @@ fn parts(d: &Detection) -> Option<String> {
 
 /// The variant that won, in words.
 fn how(d: &Detection) -> String {
-    let v = &d.variant;
+    let Some(v) = &d.variant else {
+        return format!("{}; the shapes alone say that the suspect shows something else", d.method.name());
+    };
     let step = |yes: bool, name: &str| format!("{} {name}", if yes { "with" } else { "without" });
     let registration = step(v.registration, "registration");
     match d.method {
