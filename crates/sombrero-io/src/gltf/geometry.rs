@@ -12,15 +12,17 @@ use sombrero_mesh::Soup;
 use super::accessor::{Accessors, Holds};
 use super::attributes::attributes;
 use super::block::{Block, Bounds};
-use super::buffers::Buffers;
+use super::buffers::{Buffers, Origin};
 use super::claims::Claims;
 use super::container::Container;
+use super::draco;
 use super::elements::{Component, Elements, Key};
 use super::error::{again_and_again, malformed, overlapping};
 use super::extensions;
 use super::json::{Accessor, Primitive, Root, Shape, spans_of_three};
-use super::needed::{left_alone, needed_buffers};
+use super::needed::{left_alone, needed};
 use super::overlaps::{Overlaps, Part};
+use super::packed;
 use super::places::Places;
 use super::scene::{self, Shown};
 use super::shading::Shading;
@@ -57,9 +59,10 @@ pub(super) fn read(
 ) -> Result<Parsed, ParseError> {
     extensions::check(&root.extensions_required)?;
     let shown = scene::shown(root)?;
-    let needed = needed_buffers(root, &shown)?;
-    let buffers = Buffers::load(source, &container, text, root, &needed)?;
-    let mut reader = Reader::new(source, root, &buffers);
+    let needed = needed(root, &shown)?;
+    let mut buffers = Buffers::load(source, &container, text, root, &needed)?;
+    let decoded = draco::decoded(root, &shown, &mut buffers, source.limits)?;
+    let mut reader = Reader::new(source, root, &buffers, &decoded);
     let shown = scene::placed(shown, &reader.accessors)?;
     reader.find_overlaps(&shown)?;
     for shown in &shown {
@@ -84,11 +87,14 @@ pub(super) fn read(
         reader.shading = Shading::default();
     }
     let draws_loose = reader.soup.points.len() > surfaces;
+    let fixed = fixed(&reader, !decoded.is_empty());
     let Reader { soup, blocks, repeated, shading, places, .. } = reader;
     let places = places.into_list();
     let format = container.format;
-    let layout = Layout { container, origins: buffers.origins, blocks, bounds, shading };
+    let layout =
+        Layout { container, origins: buffers.origins, blocks, bounds, shading, fixed: fixed.clone() };
     Ok(Parsed {
+        fixed,
         repeated_triangles: repeated,
         places,
         draws_loose,
@@ -96,6 +102,23 @@ pub(super) fn read(
         companions: buffers.companions,
         ..Parsed::new(format, soup, attributes(root), layout)
     })
+}
+
+/// Why positions cannot move, if they cannot.
+fn fixed(reader: &Reader<'_>, has_draco: bool) -> Option<String> {
+    if has_draco {
+        return Some(draco::FIXED.to_owned());
+    }
+    let Reader { root, buffers, blocks, shading, .. } = reader;
+    let entangled = packed::entangled(root);
+    let stores =
+        blocks.iter().map(|block| &block.elements).chain(shading.elements()).flat_map(Elements::stores);
+    let mut origins = stores.filter_map(|store| buffers.origins.get(store));
+    let cannot = origins.any(|origin| match origin {
+        Origin::Packed(packed) => !packed.can_be_written() || entangled.contains(&packed.view),
+        _ => false,
+    });
+    cannot.then(|| packed::FIXED.to_owned())
 }
 
 /// A primitive: its block and which of its elements, its indices and its mode.
@@ -113,6 +136,7 @@ pub(super) struct Positions {
 
 pub(super) struct Reader<'a> {
     pub(super) root: &'a Root<'a>,
+    buffers: &'a Buffers<'a>,
     pub(super) accessors: Accessors<'a>,
     source: Source<'a>,
     /// All bytes there are: no more points than these, and hardly more corners.
@@ -136,12 +160,18 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(source: Source<'a>, root: &'a Root<'a>, buffers: &'a Buffers<'a>) -> Self {
+    fn new(
+        source: Source<'a>,
+        root: &'a Root<'a>,
+        buffers: &'a Buffers<'a>,
+        decoded: &'a HashMap<u32, Elements>,
+    ) -> Self {
         let lengths = buffers.lengths();
         let bytes = lengths.iter().sum::<usize>() as u64;
         Self {
             root,
-            accessors: Accessors::new(root, buffers),
+            buffers,
+            accessors: Accessors::new(root, buffers, decoded),
             source,
             bytes,
             corners_left: bytes.saturating_add(1024),
@@ -241,7 +271,8 @@ impl<'a> Reader<'a> {
         let triangles = before..self.soup.triangles.len();
         let count = triangles.len() as u64;
         self.drawn.insert(key, (count, stretches));
-        if let Some(normal) = primitive.attributes.normal {
+        // Of what is in a Draco stream only positions are read.
+        if let Some(normal) = primitive.attributes.normal.filter(|_| primitive.extensions.draco.is_none()) {
             let tangent = primitive.attributes.tangent;
             self.shading.add(&self.accessors, (block, start), triangles, normal, tangent)?;
         }
