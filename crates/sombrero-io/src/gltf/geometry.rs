@@ -12,7 +12,7 @@ use sombrero_mesh::Soup;
 use super::accessor::{Accessors, Holds};
 use super::attributes::attributes;
 use super::block::{Block, Bounds};
-use super::buffers::{Buffers, Origin};
+use super::buffers::Buffers;
 use super::claims::Claims;
 use super::container::Container;
 use super::draco;
@@ -87,7 +87,10 @@ pub(super) fn read(
         reader.shading = Shading::default();
     }
     let draws_loose = reader.soup.points.len() > surfaces;
-    let fixed = fixed(&reader, !decoded.is_empty());
+    let elements = reader.blocks.iter().map(|block| &block.elements).chain(reader.shading.elements());
+    let cannot = packed::cannot_be_written(root, &buffers, elements.flat_map(Elements::stores));
+    let fixed = cannot.then_some(packed::FIXED).or((!decoded.is_empty()).then_some(draco::FIXED));
+    let fixed = fixed.map(str::to_owned);
     let Reader { soup, blocks, repeated, shading, places, .. } = reader;
     let places = places.into_list();
     let format = container.format;
@@ -102,23 +105,6 @@ pub(super) fn read(
         companions: buffers.companions,
         ..Parsed::new(format, soup, attributes(root), layout)
     })
-}
-
-/// Why positions cannot move, if they cannot.
-fn fixed(reader: &Reader<'_>, has_draco: bool) -> Option<String> {
-    if has_draco {
-        return Some(draco::FIXED.to_owned());
-    }
-    let Reader { root, buffers, blocks, shading, .. } = reader;
-    let entangled = packed::entangled(root);
-    let stores =
-        blocks.iter().map(|block| &block.elements).chain(shading.elements()).flat_map(Elements::stores);
-    let mut origins = stores.filter_map(|store| buffers.origins.get(store));
-    let cannot = origins.any(|origin| match origin {
-        Origin::Packed(packed) => !packed.can_be_written() || entangled.contains(&packed.view),
-        _ => false,
-    });
-    cannot.then(|| packed::FIXED.to_owned())
 }
 
 /// A primitive: its block and which of its elements, its indices and its mode.
@@ -136,7 +122,6 @@ pub(super) struct Positions {
 
 pub(super) struct Reader<'a> {
     pub(super) root: &'a Root<'a>,
-    buffers: &'a Buffers<'a>,
     pub(super) accessors: Accessors<'a>,
     source: Source<'a>,
     /// All bytes there are: no more points than these, and hardly more corners.
@@ -170,7 +155,6 @@ impl<'a> Reader<'a> {
         let bytes = lengths.iter().sum::<usize>() as u64;
         Self {
             root,
-            buffers,
             accessors: Accessors::new(root, buffers, decoded),
             source,
             bytes,

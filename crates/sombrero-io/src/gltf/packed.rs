@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::accessor::view_of;
-use super::buffers::Buffers;
+use super::buffers::{Buffers, Origin};
 use super::error::malformed;
 use super::json::{self, Root};
 use super::meshopt::{self, Form, Mode};
@@ -58,7 +58,7 @@ impl Packed {
     }
 
     /// Whether its content can be packed again.
-    pub(super) fn can_be_written(&self) -> bool {
+    fn can_be_written(&self) -> bool {
         self.form.mode == Mode::Attributes
     }
 }
@@ -78,8 +78,22 @@ fn stream<'a>(packed: &json::Packed, buffer: &'a [u8]) -> Option<(Range<usize>, 
     Some((start..end, buffer.get(start..end)?))
 }
 
+/// Whether some of these stores are compressed in a way in which they cannot be written anew.
+pub(super) fn cannot_be_written(
+    root: &Root<'_>,
+    buffers: &Buffers<'_>,
+    stores: impl Iterator<Item = usize>,
+) -> bool {
+    let entangled = entangled(root);
+    let mut origins = stores.filter_map(|store| buffers.origins.get(store));
+    origins.any(|origin| match origin {
+        Origin::Packed(packed) => !packed.can_be_written() || entangled.contains(&packed.view),
+        _ => false,
+    })
+}
+
 /// The compressed buffer views whose streams share bytes with another buffer view: a new stream would change that, too.
-pub(super) fn entangled(root: &Root<'_>) -> BTreeSet<u32> {
+fn entangled(root: &Root<'_>) -> BTreeSet<u32> {
     let mut of_buffer: BTreeMap<u32, Vec<(u64, u64, u32)>> = BTreeMap::new();
     for (index, view) in (0..).zip(&root.buffer_views) {
         let (buffer, start, length) = match &view.extensions.packed {
