@@ -4,6 +4,7 @@
 //! A body takes bytes and panics when the library does, or when a file that was read does not keep Law 2: written
 //! with other positions it must read back with these, and with the same faces and attributes.
 
+mod compressed;
 mod mutate;
 mod seeds;
 

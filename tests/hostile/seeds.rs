@@ -1,6 +1,6 @@
 //! Small valid files, each with other things in it.
 
-use super::Target;
+use super::{Target, compressed};
 use crate::containers::{self, embedded, glb};
 use sombrero::io::{Format, encode};
 use sombrero::mesh::Soup;
@@ -14,7 +14,7 @@ pub fn seeds(target: Target) -> Vec<Vec<u8>> {
     match target {
         Target::Obj => text(OBJ),
         Target::Ply => ply(),
-        Target::Off => text(OFF),
+        Target::Off => text(OFF).into_iter().chain([binary_off()]).collect(),
         Target::Stl => stl(),
         Target::Gltf => gltf().iter().map(|(json, bin)| embedded(json, bin).into_bytes()).collect(),
         Target::Glb => scenes().iter().map(|(json, bin)| glb(json.as_bytes(), bin)).collect(),
@@ -28,13 +28,29 @@ const OBJ: &[&str] = &[
      vn 0 .6 .8\ng a b\nusemtl red\ns 1\nf 1/1/1 2/1/1 3/1/2 4/1/2\nf -1//1 -2//2 -3//-1\nl 1 2\np 1\n",
     "v 0 0 \\\n0\r\nv 1 0 0\rv 0 1 0\nv 1 1 1\nf 1 2 3 \\\n4\nf 1 3 2",
     "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\ncstype bezier\ncurv2 1 2\nvp 0 1\nend\n",
+    "V 0 0 0\nV nan nan nan\nv 1 0 0\nv 0 1 0\nv .25 .25 0\nVN 0 0 1\nG a\nF 1 3 5 4\nFO 1 3 4\n",
+    "# points\nv 0 0 0 1 0 0\nv 1 2 3 0 1 0\nv 4 5 6\np 1 2 3\n",
 ];
 
 const OFF: &[&str] = &[
     "OFF\n# counts\n4 2 0\n0 0 0\n1.50 0 0 # here\n0 1 0\n0 0 1e0\n3 0 1 2 255 0 0\n4 0 1 2 3\nmore\n",
     "STCNOFF 3 1\n0 0 0 0 0 1 1 0 0 1 0 0\n1 0 0 0 0 1 1 0 0 1 1 0\n0 1 0 0 0 1 1 0 0 1 0 1\n3 0 1 2\n",
     "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    "OFF5 1 0\n0 0 0\n2 0 0\n.5 .5 0\n0 2 0\nnan 0 0\n4 0 1\n 2 3\n",
+    "COFF 3 0 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n",
 ];
+
+/// With normals, and a colour at one of two polygons.
+fn binary_off() -> Vec<u8> {
+    let mut bytes = b"NOFF BINARY\n".to_vec();
+    let mut words = vec![4_u32, 2, 0];
+    words.extend(
+        POINTS.iter().flat_map(|p| p.iter().chain(&[0.0, 0.0, 1.0]).map(|c| c.to_bits()).collect::<Vec<_>>()),
+    );
+    words.extend([3, 0, 2, 1, 3, 1.0_f32.to_bits(), 0, 0, 4, 0, 1, 2, 3, 0]);
+    bytes.extend(words.iter().flat_map(|word| word.to_be_bytes()));
+    bytes
+}
 
 /// Points and faces of a tetrahedron as plain numbers.
 const POINTS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.25, 1.0]];
@@ -50,7 +66,9 @@ fn ply() -> Vec<Vec<u8>> {
     let strips = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                   element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n\
                   8 0 1 2 3 -1 2 1 0\n";
-    let mut all = vec![ascii.as_bytes().to_vec(), strips.as_bytes().to_vec()];
+    let cloud = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                 end_header\n0 0 0 7\n1 0 0 \n0 1 0 255 255\n";
+    let mut all = [ascii, strips, cloud].map(|text| text.as_bytes().to_vec()).to_vec();
     for (encoding, big) in [("binary_little_endian", false), ("binary_big_endian", true)] {
         let header = format!(
             "ply\nformat {encoding} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
@@ -81,7 +99,20 @@ fn stl() -> Vec<Vec<u8>> {
                 vertex 0 0 1 endloop endfacet endsolid\n";
     let mut binary = encode(Format::StlBinary, &tetrahedron()).expect("a tetrahedron can be written");
     binary[..5].copy_from_slice(b"solid");
-    vec![text.as_bytes().to_vec(), binary]
+    let loose = "\u{feff}SOLID x\ncolor 1 0 0\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0 \nvertex 0 1 0\nend loop\n\
+                 end facet\r\nendsolidx\nsolid\nfacet normal nan nan nan\nouterloop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1\n\
+                 endloop\nendfacet\nend solid x\n\u{1a}tail";
+    let unfinished =
+        "solid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet";
+    let mut uncounted = binary.clone();
+    uncounted[80..84].copy_from_slice(&[0; 4]);
+    vec![
+        text.as_bytes().to_vec(),
+        binary,
+        loose.as_bytes().to_vec(),
+        unfinished.as_bytes().to_vec(),
+        uncounted,
+    ]
 }
 
 fn tetrahedron() -> Soup {
@@ -148,7 +179,19 @@ fn gltf() -> Vec<(String, Vec<u8>)> {
             .to_owned(),
         packed,
     );
-    vec![plain, interleaved, sparse]
+    let drawn = (
+        r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1},
+{"attributes":{"POSITION":2},"mode":0},{"attributes":{"POSITION":0},"mode":3}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":4.0,"type":"VEC3"},
+{"bufferView":1,"componentType":5121,"count":12,"type":"SCALAR"},{"bufferView":2,"componentType":5126,"count":2,"type":"VEC3"}],
+"bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":12},{"buffer":0,"byteOffset":60,"byteLength":24}],
+"buffers":[{@BUFFER@"byteLength":84}]}"#
+            .to_owned(),
+        [floats(&flat), indices, floats(&flat[3..9])].concat(),
+    );
+    let mut all = vec![plain, interleaved, sparse, drawn];
+    all.extend(compressed::scenes());
+    all
 }
 
 pub(super) const MODELS: &[&str] = &[

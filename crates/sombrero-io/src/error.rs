@@ -291,6 +291,12 @@ pub enum WriteError {
         /// The vertex.
         vertex: usize,
     },
+    /// The file keeps positions in a way in which they cannot be replaced.
+    #[error("{}", lowered(why))]
+    Fixed {
+        /// Why, and what to do: [`Document::fixed`](crate::Document::fixed).
+        why: String,
+    },
     /// A triangle names a vertex that does not exist.
     #[error(
         "triangle {triangle} (counted from 0) refers to vertex {index}, but there are {count}; \
@@ -350,6 +356,12 @@ pub enum WriteError {
         /// What the operating system said.
         source: io::Error,
     },
+}
+
+/// A sentence of a note as that of an error: these begin small and have no full stop.
+fn lowered(sentence: &str) -> String {
+    let mut letters = sentence.trim_end_matches('.').chars();
+    letters.next().into_iter().flat_map(char::to_lowercase).chain(letters).collect()
 }
 
 #[cfg(test)]

@@ -48,6 +48,14 @@ impl Limits {
         Self { max_bytes: u64::MAX, max_vertices: usize::MAX }
     }
 
+    /// How many bytes a file of this size may unpack to: a hundred times as many, since models pack to a tenth and not to a
+    /// hundredth, and a few in any case.
+    pub(crate) fn unpacked(self, bytes: usize) -> u64 {
+        const ALWAYS: u64 = 64 << 20;
+        const TIMES: u64 = 100;
+        self.max_bytes.min(ALWAYS.max((bytes as u64).saturating_mul(TIMES)))
+    }
+
     /// Refuses more vertices than are allowed. Corners are 32-bit numbers, so there is always a limit.
     pub(crate) fn check_vertices(self, count: usize) -> Result<(), ParseError> {
         let limit = self.max_vertices.min(u32::MAX as usize - 1);

@@ -3,11 +3,12 @@
 //! Everything a file claims is checked here, before anything is reserved for it.
 
 use std::cell::Cell;
+use std::collections::HashMap;
 
 use super::buffers::Buffers;
 use super::claims::Stretch;
 use super::elements::{Component, Elements, Run};
-use super::error::{again_and_again, compressed, malformed};
+use super::error::{again_and_again, malformed};
 use super::json::{Accessor, BufferView, Root, Shape, Sparse};
 use crate::error::ParseError;
 
@@ -23,14 +24,20 @@ struct View {
 pub(super) struct Accessors<'a> {
     root: &'a Root<'a>,
     buffers: &'a Buffers<'a>,
+    /// The accessors that stand in Draco streams.
+    decoded: &'a HashMap<u32, Elements>,
     /// How many sparse elements may still be listed: many accessors may share their bytes.
     sparse_left: Cell<u64>,
 }
 
 impl<'a> Accessors<'a> {
-    pub(super) fn new(root: &'a Root<'a>, buffers: &'a Buffers<'a>) -> Self {
+    pub(super) fn new(
+        root: &'a Root<'a>,
+        buffers: &'a Buffers<'a>,
+        decoded: &'a HashMap<u32, Elements>,
+    ) -> Self {
         let bytes: usize = buffers.lengths().iter().sum();
-        Self { root, buffers, sparse_left: Cell::new(bytes as u64) }
+        Self { root, buffers, decoded, sparse_left: Cell::new(bytes as u64) }
     }
 
     pub(super) fn bytes(&self, store: usize) -> &'a [u8] {
@@ -44,23 +51,11 @@ impl<'a> Accessors<'a> {
 
     /// Finds the elements of an accessor.
     pub(super) fn elements(&self, index: u32) -> Result<Elements, ParseError> {
-        let accessor = get(self.root, index)?;
-        let wrong = |problem: &str| malformed("accessor", index as usize, problem);
-        let component = Component::of(accessor.component_type)
-            .ok_or_else(|| wrong("its component type is none of glTF"))?;
-        if accessor.shape == Shape::Unknown {
-            return Err(wrong("its type is none of glTF"));
+        if let Some(elements) = self.decoded.get(&index) {
+            return Ok(elements.clone());
         }
-        let count = usize::try_from(accessor.count).map_err(|_| wrong("its count is too large"))?;
-        let mut elements = Elements {
-            component,
-            normalized: accessor.normalized && component.bounds().is_some(),
-            shape: accessor.shape,
-            count,
-            base: None,
-            sparse: Vec::new(),
-            sparse_store: 0,
-        };
+        let accessor = get(self.root, index)?;
+        let mut elements = claimed(accessor, index)?;
         if let Some(view) = accessor.buffer_view {
             elements.base = Some(self.run(index, view, accessor.byte_offset, &elements)?);
         }
@@ -117,6 +112,9 @@ impl<'a> Accessors<'a> {
     fn view(&self, index: u32) -> Result<View, ParseError> {
         let wrong = |problem: &str| malformed("buffer view", index as usize, problem);
         let view = view_of(self.root, index)?;
+        if let Some(store) = self.buffers.packed(index) {
+            return Ok(View { store, start: 0, length: view.byte_length, stride: view.byte_stride });
+        }
         let store = self.buffers.store(view.buffer).ok_or_else(|| wrong("its buffer was not loaded"))?;
         let buffer = self.root.buffers.get(view.buffer as usize).map_or(0, |b| b.byte_length);
         let end = view.byte_offset.checked_add(view.byte_length);
@@ -183,30 +181,42 @@ pub(super) enum Holds {
     Values,
 }
 
+/// The elements that an accessor is said to have, none of which stands anywhere yet.
+pub(super) fn claimed(accessor: &Accessor<'_>, index: u32) -> Result<Elements, ParseError> {
+    let wrong = |problem: &str| malformed("accessor", index as usize, problem);
+    let component =
+        Component::of(accessor.component_type).ok_or_else(|| wrong("its component type is none of glTF"))?;
+    if accessor.shape == Shape::Unknown {
+        return Err(wrong("its type is none of glTF"));
+    }
+    Ok(Elements {
+        component,
+        normalized: accessor.normalized && component.bounds().is_some(),
+        shape: accessor.shape,
+        count: usize::try_from(accessor.count).map_err(|_| wrong("its count is too large"))?,
+        base: None,
+        sparse: Vec::new(),
+        sparse_store: 0,
+    })
+}
+
 /// An accessor by its number.
 pub(super) fn get<'a>(root: &'a Root<'_>, index: u32) -> Result<&'a Accessor<'a>, ParseError> {
     let missing = || malformed("accessor", index as usize, "there is no such accessor");
     root.accessors.get(index as usize).ok_or_else(missing)
 }
 
-/// A buffer view by its number, which must not be compressed.
-fn view_of<'a>(root: &'a Root<'_>, index: u32) -> Result<&'a BufferView, ParseError> {
+/// A buffer view by its number.
+pub(super) fn view_of<'a>(root: &'a Root<'_>, index: u32) -> Result<&'a BufferView, ParseError> {
     let missing = || malformed("buffer view", index as usize, "there is no such buffer view");
-    let view = root.buffer_views.get(index as usize).ok_or_else(missing)?;
-    if view.extensions.ext_meshopt.is_some() {
-        return Err(compressed("EXT_meshopt_compression"));
-    }
-    if view.extensions.khr_meshopt.is_some() {
-        return Err(compressed("KHR_meshopt_compression"));
-    }
-    Ok(view)
+    root.buffer_views.get(index as usize).ok_or_else(missing)
 }
 
-/// The buffers that an accessor needs.
-pub(super) fn buffers_of(root: &Root<'_>, accessor: u32) -> Result<Vec<u32>, ParseError> {
+/// The buffer views that an accessor needs.
+pub(super) fn views_of(root: &Root<'_>, accessor: u32) -> Result<impl Iterator<Item = u32>, ParseError> {
     let accessor = get(root, accessor)?;
     let sparse = accessor.sparse.iter().flat_map(|s| [s.indices.buffer_view, s.values.buffer_view]);
-    accessor.buffer_view.into_iter().chain(sparse).map(|view| Ok(view_of(root, view)?.buffer)).collect()
+    Ok(accessor.buffer_view.into_iter().chain(sparse))
 }
 
 /// Where elements begin in the store, if all of them are inside the view.

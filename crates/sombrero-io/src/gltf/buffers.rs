@@ -4,7 +4,7 @@
 //! path, no way up, and what links lead to is looked at, too.
 
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 use std::io;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
@@ -17,6 +17,8 @@ use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_perc
 use super::container::Container;
 use super::error::malformed;
 use super::json::{Buffer, Root, Text, span};
+use super::needed::Needed;
+use super::packed::Packed;
 use crate::error::{ParseError, ReadError};
 use crate::input::{Limits, Source, read_bytes};
 use crate::parsed::Companion;
@@ -35,6 +37,10 @@ pub(super) enum Origin {
         /// Its number among the companions.
         companion: usize,
     },
+    /// In a compressed buffer view.
+    Packed(Box<Packed>),
+    /// In a Draco stream, which is not written.
+    Decoded(Vec<u8>),
 }
 
 /// A data URI.
@@ -81,6 +87,8 @@ impl Origin {
             Self::Chunk(range) => source.get(range.clone()).unwrap_or_default(),
             Self::Inline(inline) => &inline.bytes,
             Self::Beside { companion, .. } => companions.get(*companion).map_or(&[], |c| &c.bytes),
+            Self::Packed(packed) => &packed.bytes,
+            Self::Decoded(bytes) => bytes,
         }
     }
 }
@@ -92,16 +100,18 @@ pub(super) struct Buffers<'a> {
     pub(super) origins: Vec<Origin>,
     pub(super) companions: Vec<Companion>,
     stores: HashMap<u32, usize>,
+    /// The stores of what compressed buffer views hold.
+    packed: HashMap<u32, usize>,
 }
 
 impl<'a> Buffers<'a> {
-    /// Gets hold of the buffers with these numbers.
+    /// Gets hold of what is needed.
     pub(super) fn load(
         source: Source<'a>,
         container: &Container,
         text: &str,
         root: &Root<'_>,
-        needed: &BTreeSet<u32>,
+        needed: &Needed,
     ) -> Result<Self, ParseError> {
         let mut loader = Loader {
             source,
@@ -113,7 +123,7 @@ impl<'a> Buffers<'a> {
         };
         let mut origins = Vec::new();
         let mut stores = HashMap::new();
-        for &index in needed {
+        for &index in &needed.buffers {
             let buffer = root
                 .buffers
                 .get(index as usize)
@@ -133,14 +143,35 @@ impl<'a> Buffers<'a> {
         }
         // Files without geometry (animations, say) are taken along, so that a copy in another folder is whole; one
         // that cannot be read is nobody's loss here.
-        for (index, buffer) in (0..).zip(&root.buffers).filter(|(index, _)| !needed.contains(index)) {
-            if let Some(Ok(origin @ Origin::Beside { .. })) =
-                buffer.uri.map(|_| loader.origin(index, buffer, false))
-            {
+        for (index, buffer) in (0..).zip(&root.buffers).filter(|(index, _)| !needed.buffers.contains(index)) {
+            let is_plain = needed.plain.contains(&index);
+            let Ok(origin) = loader.origin(index, buffer, false) else { continue };
+            if is_plain {
+                stores.insert(index, origins.len());
+            }
+            if is_plain || matches!(origin, Origin::Beside { .. }) {
                 origins.push(origin);
             }
         }
-        Ok(Self { source: source.bytes, origins, companions: loader.companions, stores })
+        let companions = loader.companions;
+        let mut buffers = Self { source: source.bytes, origins, companions, stores, packed: HashMap::new() };
+        let mut left = source.limits.unpacked(buffers.size());
+        for &view in &needed.packed {
+            let packed = Packed::unpack(root, &buffers, view, &mut left)?;
+            buffers.packed.insert(view, buffers.origins.len());
+            buffers.origins.push(Origin::Packed(Box::new(packed)));
+        }
+        Ok(buffers)
+    }
+
+    /// The store of what a compressed buffer view holds, if it was needed.
+    pub(super) fn packed(&self, view: u32) -> Option<usize> {
+        self.packed.get(&view).copied()
+    }
+
+    /// All bytes there are.
+    pub(super) fn size(&self) -> usize {
+        self.lengths().iter().sum::<usize>().max(self.source.len())
     }
 
     /// The store of a buffer, if it was loaded.

@@ -122,22 +122,40 @@ impl Container {
         ParseError::Malformed { place, problem }
     }
 
-    /// `source` with other JSON. `None` when a GLB would be longer than its header can say.
-    pub(super) fn with_json(&self, source: &[u8], mut json: Vec<u8>) -> Option<Vec<u8>> {
-        let before = source.get(..self.json.start)?;
-        let behind = source.get(self.json.end..)?;
-        if self.format == Format::Glb {
-            fill_up(&mut json);
-        }
-        let mut out = Vec::with_capacity(before.len() + json.len() + behind.len());
-        out.extend_from_slice(before);
-        out.extend_from_slice(&json);
-        out.extend_from_slice(behind);
-        if self.format == Format::Glb {
-            let old = u64::from(number(source, 8)?);
-            let length = (old + json.len() as u64).checked_sub(self.json.len() as u64)?;
-            put(&mut out, 8, length)?;
+    /// `source` with other JSON or another buffer in its chunk, where they are given. `None` when a GLB would be longer than its
+    /// header can say.
+    pub(super) fn with_content(
+        &self,
+        source: &[u8],
+        json: Option<Vec<u8>>,
+        bin: Option<&[u8]>,
+    ) -> Option<Vec<u8>> {
+        let is_binary = self.format == Format::Glb;
+        let json = json.map(|mut json| {
+            if is_binary {
+                fill_up(&mut json);
+            }
+            json
+        });
+        let old_bin = self.bin.clone().unwrap_or(source.len()..source.len());
+        let json = json.as_deref().map_or_else(|| source.get(self.json.clone()), Some)?;
+        let bin = bin.map_or_else(|| source.get(old_bin.clone()), Some)?;
+        let parts = [
+            source.get(..self.json.start)?,
+            json,
+            source.get(self.json.end..old_bin.start)?,
+            bin,
+            source.get(old_bin.end..)?,
+        ];
+        let mut out = parts.concat();
+        if is_binary {
+            let grown = out.len() as u64 + u64::from(number(source, 8)?);
+            put(&mut out, 8, grown.checked_sub(source.len() as u64)?)?;
             put(&mut out, HEADER, json.len() as u64)?;
+            if self.bin.is_some() {
+                let header = self.json.start + json.len() + (old_bin.start - self.json.end);
+                put(&mut out, header.checked_sub(CHUNK_HEADER)?, bin.len() as u64)?;
+            }
         }
         Some(out)
     }

@@ -128,6 +128,12 @@ impl Elements {
         Some((run.store, run.offset + element * run.stride))
     }
 
+    /// The stores that elements stand in.
+    pub(super) fn stores(&self) -> impl Iterator<Item = usize> + use<> {
+        let sparse = (!self.sparse.is_empty()).then_some(self.sparse_store);
+        self.base.map(|run| run.store).into_iter().chain(sparse)
+    }
+
     /// Whether elements exist that are not stored.
     pub(super) fn has_gaps(&self) -> bool {
         self.base.is_none()

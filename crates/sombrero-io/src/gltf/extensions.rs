@@ -6,6 +6,9 @@ use crate::error::ParseError;
 /// Extensions that are read, or that leave the triangles of meshes what they are without them. `*` stands for any end.
 const KNOWN: &[&str] = &[
     "KHR_mesh_quantization",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "KHR_draco_mesh_compression",
     "KHR_node_visibility",
     "EXT_mesh_gpu_instancing",
     // What surfaces look like.

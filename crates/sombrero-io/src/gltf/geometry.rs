@@ -15,12 +15,14 @@ use super::block::{Block, Bounds};
 use super::buffers::Buffers;
 use super::claims::Claims;
 use super::container::Container;
+use super::draco;
 use super::elements::{Component, Elements, Key};
 use super::error::{again_and_again, malformed, overlapping};
 use super::extensions;
 use super::json::{Accessor, Primitive, Root, Shape, spans_of_three};
-use super::needed::{left_alone, needed_buffers};
+use super::needed::{left_alone, needed};
 use super::overlaps::{Overlaps, Part};
+use super::packed;
 use super::places::Places;
 use super::scene::{self, Shown};
 use super::shading::Shading;
@@ -57,9 +59,10 @@ pub(super) fn read(
 ) -> Result<Parsed, ParseError> {
     extensions::check(&root.extensions_required)?;
     let shown = scene::shown(root)?;
-    let needed = needed_buffers(root, &shown)?;
-    let buffers = Buffers::load(source, &container, text, root, &needed)?;
-    let mut reader = Reader::new(source, root, &buffers);
+    let needed = needed(root, &shown)?;
+    let mut buffers = Buffers::load(source, &container, text, root, &needed)?;
+    let decoded = draco::decoded(root, &shown, &mut buffers, source.limits)?;
+    let mut reader = Reader::new(source, root, &buffers, &decoded);
     let shown = scene::placed(shown, &reader.accessors)?;
     reader.find_overlaps(&shown)?;
     for shown in &shown {
@@ -84,11 +87,17 @@ pub(super) fn read(
         reader.shading = Shading::default();
     }
     let draws_loose = reader.soup.points.len() > surfaces;
+    let elements = reader.blocks.iter().map(|block| &block.elements).chain(reader.shading.elements());
+    let cannot = packed::cannot_be_written(root, &buffers, elements.flat_map(Elements::stores));
+    let fixed = cannot.then_some(packed::FIXED).or((!decoded.is_empty()).then_some(draco::FIXED));
+    let fixed = fixed.map(str::to_owned);
     let Reader { soup, blocks, repeated, shading, places, .. } = reader;
     let places = places.into_list();
     let format = container.format;
-    let layout = Layout { container, origins: buffers.origins, blocks, bounds, shading };
+    let layout =
+        Layout { container, origins: buffers.origins, blocks, bounds, shading, fixed: fixed.clone() };
     Ok(Parsed {
+        fixed,
         repeated_triangles: repeated,
         places,
         draws_loose,
@@ -136,12 +145,17 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(source: Source<'a>, root: &'a Root<'a>, buffers: &'a Buffers<'a>) -> Self {
+    fn new(
+        source: Source<'a>,
+        root: &'a Root<'a>,
+        buffers: &'a Buffers<'a>,
+        decoded: &'a HashMap<u32, Elements>,
+    ) -> Self {
         let lengths = buffers.lengths();
         let bytes = lengths.iter().sum::<usize>() as u64;
         Self {
             root,
-            accessors: Accessors::new(root, buffers),
+            accessors: Accessors::new(root, buffers, decoded),
             source,
             bytes,
             corners_left: bytes.saturating_add(1024),
@@ -241,7 +255,8 @@ impl<'a> Reader<'a> {
         let triangles = before..self.soup.triangles.len();
         let count = triangles.len() as u64;
         self.drawn.insert(key, (count, stretches));
-        if let Some(normal) = primitive.attributes.normal {
+        // Of what is in a Draco stream only positions are read.
+        if let Some(normal) = primitive.attributes.normal.filter(|_| primitive.extensions.draco.is_none()) {
             let tangent = primitive.attributes.tangent;
             self.shading.add(&self.accessors, (block, start), triangles, normal, tangent)?;
         }

@@ -11,6 +11,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
+use super::meshopt::{Filter, Mode};
 use super::whole::{Whole, all_whole, maybe_whole, whole};
 
 /// What tells glTF from other JSON.
@@ -175,7 +176,23 @@ fn triangles() -> u32 {
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
-    pub(super) draco: Option<IgnoredAny>,
+    pub(super) draco: Option<Box<Draco>>,
+}
+
+/// A primitive whose accessors are in a Draco stream.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Draco {
+    #[serde(deserialize_with = "maybe_whole")]
+    pub(super) buffer_view: Option<u32>,
+    pub(super) attributes: DracoAttributes,
+}
+
+/// The numbers by which the stream knows attributes.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct DracoAttributes {
+    #[serde(rename = "POSITION", default, deserialize_with = "maybe_whole")]
+    pub(super) position: Option<u32>,
 }
 
 /// The accessors of a primitive's vertices.
@@ -321,10 +338,26 @@ pub(super) struct BufferView {
 
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct ViewExtensions {
-    #[serde(rename = "EXT_meshopt_compression")]
-    pub(super) ext_meshopt: Option<IgnoredAny>,
-    #[serde(rename = "KHR_meshopt_compression")]
-    pub(super) khr_meshopt: Option<IgnoredAny>,
+    #[serde(rename = "EXT_meshopt_compression", alias = "KHR_meshopt_compression")]
+    pub(super) packed: Option<Box<Packed>>,
+}
+
+/// Where the stream of a compressed buffer view stands, and what is in it. What is missing matters only where it is read.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Packed {
+    #[serde(deserialize_with = "whole")]
+    pub(super) buffer: u32,
+    #[serde(deserialize_with = "whole")]
+    pub(super) byte_offset: u64,
+    #[serde(deserialize_with = "whole")]
+    pub(super) byte_length: u64,
+    #[serde(deserialize_with = "whole")]
+    pub(super) byte_stride: u64,
+    #[serde(deserialize_with = "whole")]
+    pub(super) count: u64,
+    pub(super) mode: Mode,
+    pub(super) filter: Filter,
 }
 
 #[derive(Debug, Deserialize)]

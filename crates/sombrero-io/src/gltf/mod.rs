@@ -2,14 +2,15 @@
 //!
 //! Read: the triangles, strips and fans of all meshes that the default scene shows, with positions as 32-bit
 //! floats or whole numbers (`KHR_mesh_quantization`), interleaved, indexed or sparse, from a GLB's chunk, from data
-//! URIs and from files in the same folder. Each stored mesh comes once, where the scene shows it first.
+//! URIs and from files in the same folder, plain, in compressed buffer views (meshopt) or in Draco streams. Each stored mesh
+//! comes once, where the scene shows it first.
 //!
 //! Kept byte for byte: everything but the positions, and what must follow them: the `min` and `max` of their
-//! accessors, the lengths and the padding of a GLB, the URI of a buffer that changed. The JSON is not written anew;
+//! accessors, the lengths and the padding of a GLB, the URI of a buffer that changed, where a longer stream pushes data. The JSON is not written anew;
 //! only those spans of it are replaced. Meshes that the scene does not show stay as they are. Points and lines that
 //! it shows are vertices without a face.
 //!
-//! Refused: glTF 1.0, Draco and meshopt compression, positions that share bytes with other data, buffers that are
+//! Refused: glTF 1.0, moving what is in a Draco stream, positions that share bytes with other data, buffers that are
 //! missing or outside the folder, required extensions that are not known, and claims that the bytes do not bear out.
 
 mod accessor;
@@ -18,6 +19,7 @@ mod block;
 mod buffers;
 mod claims;
 mod container;
+mod draco;
 mod elements;
 mod encode;
 mod error;
@@ -25,10 +27,13 @@ mod extensions;
 mod geometry;
 mod json;
 mod loose;
+mod meshopt;
 mod needed;
 mod overlaps;
+mod packed;
 mod patches;
 mod places;
+mod repack;
 mod scene;
 mod shading;
 #[cfg(test)]

@@ -2,37 +2,69 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use super::accessor::buffers_of;
-use super::error::compressed;
+use super::accessor::{view_of, views_of};
 use super::json::Root;
 use super::scene::Shown;
 use crate::error::ParseError;
 use crate::notes;
 
-/// The buffers that hold geometry of the meshes that are shown.
-pub(super) fn needed_buffers(root: &Root<'_>, shown: &[Shown]) -> Result<BTreeSet<u32>, ParseError> {
+/// What holds geometry of the meshes that are shown.
+#[derive(Debug, Default)]
+pub(super) struct Needed {
+    /// Buffers.
+    pub(super) buffers: BTreeSet<u32>,
+    /// Compressed buffer views.
+    pub(super) packed: BTreeSet<u32>,
+    /// Buffers that hold the same as compressed buffer views, for those who cannot read these; they may be missing.
+    pub(super) plain: BTreeSet<u32>,
+}
+
+impl Needed {
+    fn accessor(&mut self, root: &Root<'_>, accessor: u32) -> Result<(), ParseError> {
+        views_of(root, accessor)?.try_for_each(|view| self.view(root, view))
+    }
+
+    fn view(&mut self, root: &Root<'_>, index: u32) -> Result<(), ParseError> {
+        let view = view_of(root, index)?;
+        match &view.extensions.packed {
+            Some(packed) => {
+                self.packed.insert(index);
+                self.plain.insert(view.buffer);
+                self.buffers.insert(packed.buffer);
+            }
+            None => {
+                self.buffers.insert(view.buffer);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is needed to read the meshes that are shown.
+pub(super) fn needed(root: &Root<'_>, shown: &[Shown]) -> Result<Needed, ParseError> {
     let placed = shown.iter().filter(|s| s.placement.is_some());
     let meshes: BTreeSet<usize> = placed.map(|s| s.mesh).collect();
-    let mut buffers = BTreeSet::new();
+    let mut needed = Needed::default();
     for Shown { bind, instances, .. } in shown {
         let copies = instances.map(|a| [a.translation, a.rotation, a.scale]).into_iter().flatten();
         for accessor in copies.chain([*bind]).flatten() {
-            buffers.extend(buffers_of(root, accessor)?);
+            needed.accessor(root, accessor)?;
         }
     }
     let primitives = meshes.iter().filter_map(|m| root.meshes.get(*m)).flat_map(|m| &m.primitives);
     let mut seen = HashSet::new();
     for primitive in primitives.filter(|p| p.is_surface()) {
-        if primitive.extensions.draco.is_some() {
-            return Err(compressed("KHR_draco_mesh_compression"));
+        if let Some(draco) = &primitive.extensions.draco {
+            draco.buffer_view.map_or(Ok(()), |view| needed.view(root, view))?;
+            continue;
         }
         let vertices = &primitive.attributes;
         let accessors = [vertices.position, primitive.indices, vertices.normal, vertices.tangent];
         for accessor in accessors.into_iter().flatten().filter(|a| seen.insert(*a)) {
-            buffers.extend(buffers_of(root, accessor)?);
+            needed.accessor(root, accessor)?;
         }
     }
-    Ok(buffers)
+    Ok(needed)
 }
 
 /// Sentences about the meshes that are not read.

@@ -37,12 +37,16 @@ impl<'a> Patches<'a> {
         self.changed.get(store).and_then(Option::as_deref)
     }
 
+    /// A store to be changed; it may become longer. `None` when there is no such store.
+    pub(super) fn change(&mut self, store: usize) -> Option<&mut Vec<u8>> {
+        let old = self.old(store);
+        Some(self.changed.get_mut(store)?.get_or_insert_with(|| old.to_vec()))
+    }
+
     /// Writes the first three numbers of an element; `false` when it is not stored.
     pub(super) fn put(&mut self, elements: &Elements, element: usize, raw: [f64; 3]) -> bool {
         let Some((store, offset)) = elements.slot(element) else { return false };
-        let old = self.old(store);
-        let Some(slot) = self.changed.get_mut(store) else { return false };
-        let bytes = slot.get_or_insert_with(|| old.to_vec());
+        let Some(bytes) = self.change(store) else { return false };
         let size = elements.component.size();
         for (axis, value) in raw.into_iter().enumerate() {
             if let Some(place) = bytes.get_mut(offset + axis * size..) {

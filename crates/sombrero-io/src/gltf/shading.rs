@@ -110,6 +110,11 @@ impl Shading {
         self.lists.is_empty()
     }
 
+    /// All normals and tangents.
+    pub(super) fn elements(&self) -> impl Iterator<Item = &Elements> {
+        self.lists.iter().chain(self.tangents.iter().map(|(_, list)| list)).map(|list| &list.elements)
+    }
+
     /// Whether these are normals or tangents.
     pub(super) fn has(&self, key: &Key) -> bool {
         self.list_of_key.contains_key(key) || self.tangents_seen.contains(key)

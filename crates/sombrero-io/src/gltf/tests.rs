@@ -11,6 +11,8 @@ use sombrero_mesh::Soup;
 use crate::testing::{lifted, moved, parse_error, read};
 use crate::{Document, Format, Limits, ParseError, Place, ReadError, Rewrite, WriteError, encode};
 
+mod compressed;
+
 const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 0.5], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [1.5, 1.25, 0.5]];
 
 /// A glTF in the making.
@@ -868,23 +870,6 @@ fn unused_positions_may_be_anything() {
 }
 
 // Compression.
-
-#[test]
-fn compressed_geometry_is_refused_by_name() {
-    let draco = Model::square()
-        .with("/meshes/0/primitives/0/extensions", json!({"KHR_draco_mesh_compression": {"bufferView": 0}}));
-    let message = draco.error().to_string();
-    assert!(message.contains("KHR_draco_mesh_compression") && message.contains("without compression"));
-    for name in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
-        let meshopt = Model::square().with("/bufferViews/0/extensions", json!({name: {"buffer": 0}}));
-        assert!(meshopt.error().to_string().contains(name));
-        // Where no geometry is read, it does not matter.
-        let elsewhere = Model::square().with("/bufferViews/2/extensions", json!({name: {"buffer": 0}}));
-        assert_eq!(elsewhere.document().points().len(), 4);
-        let required = Model::square().with("/extensionsRequired", json!([name]));
-        assert!(required.error().to_string().contains(name));
-    }
-}
 
 // Files beside the glTF.
 

@@ -11,6 +11,7 @@ use super::buffers::{Origin, data_uri, encoded, quoted};
 use super::container::Container;
 use super::elements::Elements;
 use super::patches::Patches;
+use super::repack::repack;
 use super::shading::Shading;
 use crate::coordinate;
 use crate::error::{ParseError, Place, WriteError};
@@ -27,6 +28,8 @@ pub(super) struct Layout {
     pub(super) blocks: Vec<Block>,
     pub(super) bounds: Vec<Bounds>,
     pub(super) shading: Shading,
+    /// Why positions cannot move, if they cannot.
+    pub(super) fixed: Option<String>,
 }
 
 impl parsed::Layout for Layout {
@@ -52,6 +55,11 @@ impl parsed::Layout for Layout {
         how: &Rewrite,
     ) -> Result<Rewritten, WriteError> {
         let Original { bytes: source, soup, companions } = *original;
+        if let Some(why) = &self.fixed
+            && !soup.points.iter().zip(points).all(|(old, new)| text::same(old, new))
+        {
+            return Err(WriteError::Fixed { why: why.clone() });
+        }
         let mut patches = Patches::new(source, &self.origins, companions);
         let mut moved = Vec::with_capacity(self.blocks.len());
         for block in &self.blocks {
@@ -61,9 +69,11 @@ impl parsed::Layout for Layout {
         if how.renew_normals {
             self.shading.turn(&self.blocks, &soup.triangles, &soup.points, points, &mut patches);
         }
+        let too_long = || WriteError::TooMany { format: self.container.format, count: soup.triangles.len() };
+        let text = std::str::from_utf8(self.json(source)).unwrap_or_default();
+        repack(text.trim_end_matches('\0'), &self.origins, &mut patches, &mut edits).ok_or_else(too_long)?;
         let companions = self.new_names(companions.len() == 1, how, &patches, &mut edits);
-        let too_long = WriteError::TooMany { format: self.container.format, count: soup.triangles.len() };
-        let bytes = self.assemble(source, edits, &patches).ok_or(too_long)?;
+        let bytes = self.assemble(source, edits, &patches).ok_or_else(too_long)?;
         Ok(Rewritten { bytes, companions })
     }
 }
@@ -112,7 +122,7 @@ impl Layout {
         let mut companions = Vec::new();
         for (store, origin) in self.origins.iter().enumerate() {
             match origin {
-                Origin::Chunk(_) => {}
+                Origin::Chunk(_) | Origin::Packed(_) | Origin::Decoded(_) => {}
                 Origin::Inline(inline) => {
                     if let Some(bytes) = patches.changed(store) {
                         edits.push(Edit { span: inline.span.clone(), text: inline.uri(bytes) });
@@ -144,30 +154,27 @@ impl Layout {
     }
 
     fn assemble(&self, source: &[u8], mut edits: Vec<Edit>, patches: &Patches<'_>) -> Option<Vec<u8>> {
-        let mut patched = None;
-        for (store, origin) in self.origins.iter().enumerate() {
-            if let (Origin::Chunk(range), Some(bytes)) = (origin, patches.changed(store)) {
-                let out = patched.get_or_insert_with(|| source.to_vec());
-                out.get_mut(range.clone())?.copy_from_slice(bytes);
-            }
+        let chunk = self.origins.iter().position(|origin| matches!(origin, Origin::Chunk(_)));
+        let chunk = chunk.and_then(|store| patches.changed(store));
+        if edits.is_empty() && chunk.is_none() {
+            return Some(source.to_vec());
         }
-        if edits.is_empty() {
-            return Some(patched.unwrap_or_else(|| source.to_vec()));
-        }
-        let source = patched.as_deref().unwrap_or(source);
         edits.sort_by_key(|edit| edit.span.start);
-        let mut splice = Splice::new(self.json(source));
-        for edit in edits {
-            splice.replace(edit.span, |out| out.extend_from_slice(edit.text.as_bytes()));
-        }
-        self.container.with_json(source, splice.finish())
+        let json = (!edits.is_empty()).then(|| {
+            let mut splice = Splice::new(self.json(source));
+            for edit in edits {
+                splice.replace(edit.span, |out| out.extend_from_slice(edit.text.as_bytes()));
+            }
+            splice.finish()
+        });
+        self.container.with_content(source, json, chunk)
     }
 }
 
 /// What takes the place of some bytes of the JSON.
-struct Edit {
-    span: Range<usize>,
-    text: String,
+pub(super) struct Edit {
+    pub(super) span: Range<usize>,
+    pub(super) text: String,
 }
 
 impl Block {

@@ -497,6 +497,23 @@ mod tests {
     }
 
     #[test]
+    fn a_zero_in_a_text_does_not_make_it_binary_when_numbers_grow() {
+        // Wherever the zero is, before and after the first number gets more digits.
+        for at in 95..file(2).len() - 20 {
+            let mut text = file(2).into_bytes();
+            if text[at] != b'\n' {
+                continue;
+            }
+            text.splice(at..at, *b" \0");
+            let Ok(document) = crate::Document::parse(text, Some("stl")) else { continue };
+            let mut points = document.points().to_vec();
+            points[1].x = 2.525;
+            let again = read(document.with_points(&points).unwrap(), "stl");
+            assert_eq!(again.points(), points, "{at}");
+        }
+    }
+
+    #[test]
     fn an_empty_solid_is_no_mesh() {
         assert_eq!(parse_error(file(0), "stl"), ParseError::NoVertices);
     }

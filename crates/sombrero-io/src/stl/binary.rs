@@ -50,10 +50,12 @@ pub(super) fn may_be_binary(bytes: &[u8]) -> bool {
 }
 
 /// Whether there is a zero where no position stands: in the first bytes, as in the count of most binary files, or in the
-/// attribute of the first facet.
+/// attribute of the first facet. Of a text whose facets begin in the first bytes, what stands there changes with its numbers.
 pub(super) fn has_nul(bytes: &[u8]) -> bool {
+    let first = &bytes[..bytes.len().min(PREFIX)];
     let attribute = bytes.get(PREFIX + RECORD - 2..PREFIX + RECORD).unwrap_or_default();
-    memchr::memchr(0, &bytes[..bytes.len().min(PREFIX)]).is_some() || attribute.contains(&0)
+    let has_facets = || first.windows(5).any(|word| word.eq_ignore_ascii_case(b"facet"));
+    memchr::memchr(0, first).is_some() || attribute.contains(&0) && !has_facets()
 }
 
 /// Reads the whole file; bytes behind the last facet are passed over.

@@ -65,11 +65,6 @@ pub(crate) static ARCHIVE: Variant = Variant {
     encode: write::encode,
 };
 
-/// How much a model may unpack to, whatever the archive's size.
-const ALWAYS_ALLOWED: u64 = 64 << 20;
-/// How many times its size an archive may unpack to beyond that. Models pack to a tenth, not to a hundredth.
-const MOST_PACKED: u64 = 100;
-
 /// Whether the bytes are a ZIP archive.
 fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
@@ -79,8 +74,7 @@ fn is_zip(bytes: &[u8]) -> bool {
 fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     let Source { bytes, limits, .. } = source;
     let package = Package::open(bytes)?;
-    let allowed = ALWAYS_ALLOWED.max((bytes.len() as u64).saturating_mul(MOST_PACKED));
-    let mut budget = Budget::new(limits.max_bytes.min(allowed));
+    let mut budget = Budget::new(limits.unpacked(bytes.len()));
     let (entry, signed) = package.model(&mut budget)?;
     let mut findings = Findings::default();
     let mut parts = model::read(&package, entry, &mut budget, limits, &mut findings)?;

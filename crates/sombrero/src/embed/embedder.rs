@@ -65,6 +65,9 @@ impl<'a> Embedder<'a> {
         if !COEFFICIENTS.contains(&wanted.coefficients) {
             return Err(EmbedError::Coefficients { coefficients: wanted.coefficients });
         }
+        if let Some(why) = original.fixed() {
+            return Err(EmbedError::Fixed(WriteError::Fixed { why: why.to_owned() }));
+        }
         let model = seconds.time("weld", || Model::of_scene(original.soup(), &original.scene()));
         if seconds.time("repair", || model.repaired()).mesh.face_count() == 0 {
             return Err(EmbedError::NoFaces);

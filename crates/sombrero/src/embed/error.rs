@@ -14,6 +14,9 @@ pub enum EmbedError {
     /// There is nothing to mark.
     #[error("the file has no usable face; a mark needs a surface, not points or lines")]
     NoFaces,
+    /// The file keeps positions in a way in which they cannot be replaced.
+    #[error(transparent)]
+    Fixed(WriteError),
     /// Every triangle stands alone.
     #[error(
         "no two of the {triangles} triangles share an edge: their corners meet nearly, but not well enough to be joined; \

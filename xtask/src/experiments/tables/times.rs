@@ -36,7 +36,7 @@ pub(crate) struct Times {
 }
 
 pub(crate) fn measure(folder: &Path, model: &Model) -> anyhow::Result<Times> {
-    let document = Document::read(&folder.join(model.file))?;
+    let document = Document::read(&folder.join(model.file)).context("run `cargo xtask models` first")?;
     let surface = sombrero::Model::new(document.soup());
     let made = surface.repaired();
     let Soup { points, triangles } = surface.soup();

@@ -75,6 +75,11 @@ pub(super) fn run(
     let [input] = inputs else {
         return Err(Failure::new("usage", "--recipients makes copies of one file; give one input"));
     };
+    if input.is_dir() {
+        let what =
+            "--recipients makes copies of one file, and this is a folder; give its models one at a time";
+        return Err(Failure::new("usage", format!("{}: {what}", input.display())));
+    }
     let original = files::read_mesh(input, context.limits)?;
     let rows = read_rows(list)?;
     check_names(input, &original)?;
