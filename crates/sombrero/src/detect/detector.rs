@@ -133,13 +133,19 @@ impl Detector {
     /// As [`Detector::detect`].
     pub fn detect_after(
         &self,
-        glance: Option<Glance>,
+        glance: Option<Box<Glance>>,
         suspect: &Suspect,
         options: &DetectOptions,
     ) -> Result<Detection, DetectError> {
         options.check(suspect)?;
         match options.method {
-            Method::Robust => robust::detect(&self.original, &self.key.watermark, suspect, options, glance),
+            Method::Robust => robust::detect(
+                &self.original,
+                &self.key.watermark,
+                suspect,
+                options,
+                glance.map(|glance| *glance),
+            ),
             Method::Paper => paper::detect(&self.original, &self.key.watermark, suspect, options),
         }
     }

@@ -23,7 +23,7 @@ pub enum FirstLook {
     /// The suspect is another shape, and this is the answer, the same that [`Detector::detect`] gives.
     AnotherShape(Box<Detection>),
     /// The mark has to be looked for, by [`Glancer::detector`] and [`Detector::detect_after`].
-    Open(Option<Glance>),
+    Open(Option<Box<Glance>>),
 }
 
 impl Glancer {
@@ -52,7 +52,7 @@ impl Glancer {
         }
         let glance = self.outline.glance(suspect, &options.search())?;
         if !glance.is_another_shape() {
-            return Ok(FirstLook::Open(Some(glance)));
+            return Ok(FirstLook::Open(Some(Box::new(glance))));
         }
         let (coefficients, points) = (self.key.watermark.len(), self.outline.model().soup().points.len());
         let warnings = vec![Glance::ANOTHER_SHAPE.to_owned()];

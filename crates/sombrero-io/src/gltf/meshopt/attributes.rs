@@ -51,7 +51,7 @@ impl Version {
 
 /// Elements of a block.
 fn block_length(stride: usize) -> usize {
-    (8192 / stride & !(GROUP - 1)).min(256)
+    ((8192 / stride) & !(GROUP - 1)).min(256)
 }
 
 /// How each byte of the elements of a block is stored in version 1.
