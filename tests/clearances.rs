@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use proptest::prelude::*;
 use sombrero::fidelity::{Change, new_intersections};
 use sombrero::io::{Document, Format};
-use sombrero::mesh::Soup;
+use sombrero::mesh::{Facets, Soup};
 use sombrero::shapes;
 use sombrero::watermark::{Preset, Secret};
 use sombrero::{EmbedOptions, embed};
@@ -103,20 +103,12 @@ fn with_thin_faces(ball: &Soup, height: f64) -> Soup {
     soup
 }
 
-fn unit_normals(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<nalgebra::Vector3<f64>> {
-    let normal = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(|v| points[v as usize]);
-        (b - a).cross(&(c - a)).normalize()
-    };
-    triangles.iter().map(normal).collect()
-}
-
 #[test]
 fn thin_faces_do_not_fold() {
     for (vertices, height) in [(700, 1e-3), (3500, 1e-4)] {
         let soup = with_thin_faces(&shapes::bumpy_sphere(vertices), height);
         let after = copy(&soup, Preset::Faithful, 7);
-        let [was, is] = [&soup.points, &after].map(|points| unit_normals(points, &soup.triangles));
+        let [was, is] = [&soup.points, &after].map(|points| Facets::new(points, &soup.triangles).normals);
         let least = was.iter().zip(&is).map(|(n, m)| n.dot(m)).fold(1.0, f64::min);
         assert!(least > 0.9, "a face turned to a cosine of {least}");
     }

@@ -70,12 +70,7 @@ pub fn tile() -> Soup {
 
 /// A surface about another, `gap` away along its normals.
 pub fn shell(body: &Soup, gap: f64) -> Soup {
-    let mut normals = vec![Vector3::zeros(); body.points.len()];
-    for corners in &body.triangles {
-        let [a, b, c] = corners.map(|v| body.points[v as usize]);
-        corners.iter().for_each(|&v| normals[v as usize] += (b - a).cross(&(c - a)));
-    }
-    let points = body.points.iter().zip(normals).map(|(p, n)| p + n.normalize() * gap).collect();
+    let points = body.points.iter().zip(body.vertex_normals()).map(|(p, n)| p + n * gap).collect();
     Soup::new(points, body.triangles.clone())
 }
 

@@ -79,24 +79,13 @@ fn layered<R: Rng + ?Sized>(scan: &mut Soup, up: &Vector3<f64>, millimetre: f64,
         .collect();
     // Each of n waves has the mean square 1/2.
     let height = ROUGHNESS * millimetre * (2.0 / WAVES as f64).sqrt();
-    let normals = normals(scan);
+    let normals = scan.vertex_normals();
     for (p, n) in scan.points.iter_mut().zip(&normals) {
         let place = up.dot(&p.coords) / layer;
         let step = (0.5 - (place - place.floor())) * layer * n.dot(up);
         let rough: f64 = waves.iter().map(|(k, phase)| libm::sin(k.dot(&p.coords) + phase)).sum();
         *p += n * (step + rough * height);
     }
-}
-
-/// Unit normals at vertices; zero where there is no face.
-fn normals(soup: &Soup) -> Vec<Vector3<f64>> {
-    let mut sums = vec![Vector3::zeros(); soup.points.len()];
-    for corners in &soup.triangles {
-        let [a, b, c] = corners.map(|v| &soup.points[v as usize]);
-        let area = geometry::area_vector(a, b, c);
-        corners.iter().for_each(|&v| sums[v as usize] += area);
-    }
-    sums.into_iter().map(|n: Vector3<f64>| n.try_normalize(0.0).unwrap_or_default()).collect()
 }
 
 /// Without the base and holes.

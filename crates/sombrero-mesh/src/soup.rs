@@ -1,5 +1,6 @@
 //! Positions and triangles with nothing promised about them.
 
+use crate::geometry::area_vector;
 use nalgebra::{Point3, Vector3};
 
 /// An indexed set of triangles as a file holds it: possibly dirty, possibly empty.
@@ -46,6 +47,20 @@ impl Soup {
         let triangles = self.triangles.iter().map(|corners| corners.map(|v| place[v as usize])).collect();
         let points = source.iter().map(|&v| self.points[v as usize]).collect();
         (Self { points, triangles }, source)
+    }
+
+    /// Unit normals of the vertices, triangles weighted by area; zero where there are none or they cancel.
+    ///
+    /// # Panics
+    /// When a corner index is out of range.
+    pub fn vertex_normals(&self) -> Vec<Vector3<f64>> {
+        let mut sums = vec![Vector3::zeros(); self.points.len()];
+        for corners in &self.triangles {
+            let [a, b, c] = corners.map(|v| &self.points[v as usize]);
+            let area = area_vector(a, b, c);
+            corners.iter().for_each(|&v| sums[v as usize] += area);
+        }
+        sums.into_iter().map(|n: Vector3<f64>| n.try_normalize(0.0).unwrap_or_default()).collect()
     }
 
     /// The bounding box of the vertices that triangles use; `None` when there are none.

@@ -8,7 +8,7 @@ use crate::error::{RegistrationError, Side};
 use crate::starts::landmarks::Landmarks;
 use crate::surface::lookup::Lookup;
 use crate::surface::shape::Shape;
-use crate::symmetry;
+use crate::symmetry::{self, CUBE, ICOSAHEDRON};
 
 /// The unmarked original, prepared once for any number of suspects.
 #[derive(Debug, Clone)]
@@ -53,8 +53,9 @@ impl Reference {
     /// Whether the surface goes onto itself in endlessly many ways, as balls and bodies of revolution do: in more than a cube,
     /// and not as an icosahedron. By a look at all rotations about its centroid.
     pub fn is_endless(&self) -> bool {
-        let others = self.symmetries().len();
-        others > 23 && others != 59
+        // The identity is none of the symmetries.
+        let rotations = self.symmetries().len() + 1;
+        rotations > CUBE && rotations != ICOSAHEDRON
     }
 
     /// The landmarks of the surface, made when they are first asked for.

@@ -94,8 +94,9 @@ impl<'a> Search<'a> {
         if !sure && !is_trusted(&best.fit) && !self.leads_on(&candidates) {
             return self.given_up(&candidates);
         }
-        let endless = sure && candidates.len() > ONE_POSE && self.is_endless(symmetries());
-        self.refined(candidates, if endless { 1 } else { REFINED })
+        let more_than_asked = || symmetries().len() > self.options.max_alternatives;
+        let one = sure && candidates.len() > ONE_POSE && more_than_asked();
+        self.refined(candidates, if one { 1 } else { REFINED })
     }
 
     /// Whether one of the best promising candidates is about to be trusted after as many steps on few samples as it takes: shapes
@@ -184,11 +185,6 @@ impl<'a> Search<'a> {
         let room = symmetries.len().min(self.options.max_alternatives);
         candidates.extend(symmetries[..room].par_iter().map(image).collect::<Vec<_>>());
         comparable(self.sorted(candidates))
-    }
-
-    /// Whether there are more of these symmetries than alternatives are kept.
-    pub(crate) fn is_endless(&self, symmetries: &[Similarity3<f64>]) -> bool {
-        symmetries.len() > self.options.max_alternatives
     }
 
     /// Whether two poses put the suspect to different places.

@@ -22,8 +22,9 @@ const LEAST: f64 = 0.7;
 /// Symmetries that are looked for; a sphere has more.
 const MOST: usize = 70;
 
-/// The icosahedron's rotations: no other shape that is no body of revolution has as many.
-const LARGEST_GROUP: usize = 60;
+/// Rotations of the cube and of the icosahedron. No shape has more, and none that is no body of revolution a number between.
+pub(crate) const CUBE: usize = 24;
+pub(crate) const ICOSAHEDRON: usize = 60;
 
 /// The symmetries in the unit frame, without the identity.
 pub(crate) fn symmetries(shape: &Shape, lookup: &Lookup) -> Vec<Similarity3<f64>> {
@@ -33,7 +34,7 @@ pub(crate) fn symmetries(shape: &Shape, lookup: &Lookup) -> Vec<Similarity3<f64>
     let options = RegisterOptions::default();
     // The search that needs the symmetries says how far it is.
     let search = Search::new(shape, shape, &options, Progress::silent());
-    let found = comparable(search.sorted(search.settled(starts, LARGEST_GROUP)));
+    let found = comparable(search.sorted(search.settled(starts, ICOSAHEDRON)));
     let is_other = |pose: &Similarity3<f64>| search.is_other(pose, &Similarity3::identity());
     found.into_iter().map(|c| c.run.pose).filter(is_other).collect()
 }

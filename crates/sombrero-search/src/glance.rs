@@ -20,7 +20,7 @@ use crate::placements;
 use crate::poses::{Similar, lies_elsewhere, mirrored, similar, stretched};
 use crate::stages::Stages;
 use crate::suspect::Suspect;
-use nalgebra::Point3;
+use nalgebra::{Affine3, Point3};
 
 /// What the first look saw, which the search need not look at again.
 #[derive(Debug)]
@@ -30,8 +30,10 @@ pub struct Glance {
     pub(crate) budget: Budget,
     /// The numberings that fit the connectivity, if they were looked for.
     pub(crate) matched: Option<Vec<Vec<Option<Point3<f64>>>>>,
-    /// The poses that fit, if they were looked for.
+    /// The poses that fit, if they were looked for; and where they fit badly, those of the mirror image and the affine ones.
     pub(crate) similar: Option<Similar>,
+    pub(crate) mirrored: Option<Vec<Affine3<f64>>>,
+    pub(crate) stretched: Option<Option<Vec<Affine3<f64>>>>,
     /// Seconds by stage.
     pub seconds: Stages,
 }
@@ -52,9 +54,15 @@ pub(crate) fn glance(
     suspect: &Suspect,
     options: &SearchOptions,
 ) -> Result<Glance, SearchError> {
-    let budget = Budget::new(options.budget);
-    let mut seen =
-        Glance { another_shape: false, budget, matched: None, similar: None, seconds: Stages::default() };
+    let mut seen = Glance {
+        another_shape: false,
+        budget: Budget::new(options.budget),
+        matched: None,
+        similar: None,
+        mirrored: None,
+        stretched: None,
+        seconds: Stages::default(),
+    };
     let may_compare = options.registration != When::Never && options.resampling != When::Never;
     if may_compare && suspect.correspondence.is_none() && !outline.has_parts() {
         seen.another_shape = seen.tells_apart(outline, suspect, options)?;
@@ -84,9 +92,12 @@ impl Glance {
         if options.registration == When::Auto && lies_elsewhere(outline, soup, &upright.poses())? {
             return Ok(false);
         }
-        let fits = !mirrored(outline, soup, f64::INFINITY, seconds).is_empty()
-            || stretched(outline, soup, seconds).is_some();
-        Ok(!fits && !has_parts_of(outline, suspect, seconds))
+        let image = self.mirrored.insert(mirrored(outline, soup, upright.limit_of_mirror_image(), seconds));
+        if !image.is_empty() {
+            return Ok(false);
+        }
+        let affine = self.stretched.insert(stretched(outline, soup, seconds));
+        Ok(affine.is_none() && !has_parts_of(outline, suspect, seconds))
     }
 }
 

@@ -1,6 +1,5 @@
 //! The poses in which the suspect's surface fits the original's.
 
-use crate::budget::Budget;
 use crate::error::SearchError;
 use crate::glance::Glance;
 use crate::limits::{CORRESPONDS, MOST_POSES};
@@ -36,9 +35,14 @@ pub(crate) enum Similar {
 }
 
 impl Similar {
-    /// Whether the surfaces say that the suspect shows the outline.
+    /// Whether the surfaces say that the suspect shows the original.
     pub(crate) fn is_trusted(&self) -> bool {
         matches!(self, Self::Found(found) if found.trusted)
+    }
+
+    /// Whether there are poses, and none of them can be trusted.
+    pub(crate) fn is_doubted(&self) -> bool {
+        matches!(self, Self::Found(found) if !found.trusted)
     }
 
     /// Whether they say that it has next to nothing in common with the original.
@@ -106,27 +110,23 @@ pub(crate) fn mirrored(
     found.poses().map(|pose| map(pose.reference_from_suspect)).take(MOST_POSES).collect()
 }
 
-/// Every pose that the surfaces cannot tell from the best: similarities, or affine maps where no similarity fits.
+/// Every pose that the surfaces cannot tell from the best: similarities, or the affine maps that fit where no similarity does.
 pub(crate) fn poses(
     outline: &Outline,
     suspect: &Soup,
     registration: When,
     similar: Similar,
-    budget: Budget,
-    seconds: &mut Stages,
+    stretched: Option<Vec<Affine3<f64>>>,
 ) -> Result<Poses, SearchError> {
+    if let Some(found) = stretched {
+        return Ok(Poses { found, unrelated: false, warning: None });
+    }
     let mut found = similar.poses();
     let mut unrelated = similar.is_apart();
     let trusted = match similar {
         Similar::Found(found) => found.trusted,
         Similar::AsItIs(warning) => return Ok(Poses { found, unrelated, warning }),
     };
-    if !trusted
-        && !budget.is_spent()
-        && let Some(found) = stretched(outline, suspect, seconds)
-    {
-        return Ok(Poses { found, unrelated: false, warning: None });
-    }
     let warning = (!trusted).then(|| Glance::ANOTHER_SHAPE.to_owned());
     if registration == When::Auto && lies_elsewhere(outline, suspect, &found)? {
         found.insert(0, Affine3::identity());

@@ -16,13 +16,12 @@ use crate::options::{SearchOptions, When};
 use crate::original::Original;
 use crate::parts::{Component, PartShape, are_alike, components};
 use crate::placements::{self, Found};
-use crate::poses::{Similar, mirrored, poses, similar};
+use crate::poses::{mirrored, poses, similar, stretched};
 use crate::stages::Stages;
 use crate::surfaces::by_surfaces;
 use crate::suspect::Suspect;
 use crate::tally::Tally;
 use crate::vertices::{Correspondence, by_vertices};
-use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
 /// Correspondences that are further off than this, in largest sides of what was found, are those of other parts where each part
@@ -48,8 +47,6 @@ pub struct SearchOutcome<E> {
     pub seconds: Stages,
     /// What the user should know, in sentences.
     pub warnings: Vec<String>,
-    /// Whether the suspect is another shape, and nothing was looked at.
-    pub another_shape: bool,
     /// Whether [`SearchOptions::budget`] ran out before all was looked at.
     pub budget_spent: bool,
 }
@@ -89,26 +86,19 @@ pub fn search<E: Examiner>(
 /// # Errors
 /// As [`search`].
 pub fn search_from<E: Examiner>(
-    glance: Glance,
+    mut glance: Glance,
     original: &Original,
     suspect: &Suspect,
     options: &SearchOptions,
     examiner: E,
 ) -> Result<SearchOutcome<E>, E::Error> {
-    let another_shape = glance.is_another_shape();
-    let Glance { budget, matched, similar, seconds, .. } = glance;
-    let done = SearchOutcome {
-        looks: Vec::new(),
-        seconds,
-        warnings: Vec::new(),
-        another_shape,
-        budget_spent: false,
-    };
-    let mut search = Search { original, suspect, options, budget, matched, similar, examiner, done };
-    if another_shape {
-        search.done.warnings.push(Glance::ANOTHER_SHAPE.to_owned());
-        return Ok(search.done);
+    let seconds = std::mem::take(&mut glance.seconds);
+    let mut done = SearchOutcome { looks: Vec::new(), seconds, warnings: Vec::new(), budget_spent: false };
+    if glance.is_another_shape() {
+        done.warnings.push(Glance::ANOTHER_SHAPE.to_owned());
+        return Ok(done);
     }
+    let mut search = Search { original, suspect, options, budget: glance.budget, glance, examiner, done };
     search.all()?;
     let done = search.done;
     if !done.looks.is_empty() {
@@ -125,9 +115,8 @@ struct Search<'a, E> {
     suspect: &'a Suspect,
     options: &'a SearchOptions,
     budget: Budget,
-    /// What the first look found.
-    matched: Option<Vec<Vec<Option<Point3<f64>>>>>,
-    similar: Option<Similar>,
+    /// What the first look found; taken where it is used.
+    glance: Glance,
     examiner: E,
     /// Those that are over.
     done: SearchOutcome<E>,
@@ -197,7 +186,7 @@ impl<'a, E: Examiner> Search<'a, E> {
         if let Some(stored) = &self.suspect.correspondence {
             return vec![Correspondence::new(original, stored.clone(), registers)];
         }
-        let known = self.matched.take();
+        let known = self.glance.matched.take();
         let found = known.unwrap_or_else(|| {
             whole.seconds.time("matching", || matched(original.model(), &self.suspect.soup))
         });
@@ -228,7 +217,7 @@ impl<'a, E: Examiner> Search<'a, E> {
     fn by_surfaces(&mut self, whole: &mut Tally<'a, E>) -> Result<(), E::Error> {
         let (original, suspect) = (self.original, &self.suspect.soup);
         let outline = original.outline();
-        let upright = match self.similar.take() {
+        let upright = match self.glance.similar.take() {
             Some(known) => known,
             None => similar(outline, suspect, self.options.registration, &mut whole.seconds)?,
         };
@@ -238,8 +227,12 @@ impl<'a, E: Examiner> Search<'a, E> {
         if others && !trusted && (self.look_in_mirror(limit)? || self.look_at_surfaces_of_parts()?) {
             return Ok(());
         }
-        let poses =
-            poses(outline, suspect, self.options.registration, upright, self.budget, &mut whole.seconds)?;
+        let affine = match self.glance.stretched.take() {
+            _ if !upright.is_doubted() || self.budget.is_spent() => None,
+            Some(known) => known,
+            None => stretched(outline, suspect, &mut whole.seconds),
+        };
+        let poses = poses(outline, suspect, self.options.registration, upright, affine)?;
         whole.warnings.extend(poses.warning);
         // All that were planned count.
         let nuisances = if poses.unrelated { &NUISANCES[..QUICK] } else { &NUISANCES[..] };
@@ -262,7 +255,10 @@ impl<'a, E: Examiner> Search<'a, E> {
         }
         let mut tally = self.tally(Look::Mirrored);
         let suspect = &self.suspect.soup;
-        let poses = mirrored(self.original.outline(), suspect, limit, &mut tally.seconds);
+        let poses = match self.glance.mirrored.take() {
+            Some(known) => known,
+            None => mirrored(self.original.outline(), suspect, limit, &mut tally.seconds),
+        };
         by_surfaces(self.original, self.suspect, &poses, &NUISANCES, &mut tally)?;
         Ok(self.close(tally, Vec::new()))
     }

@@ -7,12 +7,12 @@
 //! λ_w = (tan(α/2) + tan(β/2)) / |w - v|,      α and β the angles at v beside the edge to w,
 //! ```
 //!
-//! which give back what is linear: a corner of a thin face moves as the edge does that it nearly lies on. Whenever the number of vertices has
-//! grown four times, and in the end, every vertex moves half way towards the mean around it. As in subdivision (an average of neighbours after
-//! every refinement makes limits smooth), this takes away the kinks along the coarse level's edges. Corners of thin faces stay
-//! where their means are: a little more here than there would turn such a face over. A vertex in a
-//! planar region takes means over the neighbours that lie in the same regions, so that creases do not feel the surface
-//! beside them, and has its part along the normals replaced by the regions' offsets: planes stay planes.
+//! which give back what is linear: a corner of a thin face moves as the edge does that it nearly lies on. Whenever the number
+//! of vertices has grown four times, and in the end, every vertex moves half way towards the mean around it. As in subdivision
+//! (an average of neighbours after every refinement makes limits smooth), this takes away the kinks along the coarse level's
+//! edges. Corners of thin faces stay where their means are: a little more here than there would turn such a face over. A
+//! vertex in a planar region takes means over the neighbours that lie in the same regions, so that creases do not feel the
+//! surface beside them, and has its part along the normals replaced by the regions' offsets: planes stay planes.
 
 use crate::Field;
 use crate::planes::Planes;

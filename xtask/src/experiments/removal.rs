@@ -13,7 +13,8 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::attacks::{apply_all, parse_list};
-use sombrero::mesh::Soup;
+use sombrero::mesh::{BoundingBox, Soup};
+use sombrero::spatial::sample_ball;
 use sombrero::stats::median;
 use sombrero::watermark::Preset;
 use sombrero::{DetectOptions, Suspect};
@@ -132,10 +133,12 @@ pub(crate) fn run(args: &Removal, folder: &Path) -> anyhow::Result<()> {
     }
     let asked =
         |name: &str| args.rows.is_empty() || args.rows.iter().any(|part| name.contains(part.as_str()));
+    let named = |name: &String| Preset::ALL.into_iter().find(|preset| preset.name() == name);
+    let presets: Vec<Preset> = args.presets.iter().filter_map(named).collect();
     std::fs::create_dir_all(&args.out)?;
     let mut lines: Vec<Line> = Vec::new();
     for model in MODELS.iter().filter(|model| args.only.iter().any(|only| only == model.name)) {
-        for preset in Preset::ALL.into_iter().filter(|p| args.presets.iter().any(|name| name == p.name())) {
+        for &preset in &presets {
             let document = read(folder, model.file)?;
             let marked = Case::new(document, preset.parameters())?.marked_by_seeds(args.runs)?;
             let rows: Vec<(&Attack, f64)> = ATTACKS
@@ -154,7 +157,7 @@ pub(crate) fn run(args: &Removal, folder: &Path) -> anyhow::Result<()> {
     if lines.is_empty() {
         bail!("nothing is called so");
     }
-    let panels: Vec<Panel> = args.presets.iter().map(|preset| panel(preset, &lines)).collect();
+    let panels: Vec<Panel> = presets.iter().map(|preset| panel(*preset, &lines)).collect();
     plot::write(&args.out.join("removal.svg"), (560 * panels.len() as u32, 520), &panels)?;
     std::fs::write(args.out.join("removal.md"), markdown(args.runs, &lines))?;
     Ok(std::fs::write(args.out.join("removal.json"), serde_json::to_string_pretty(&lines)? + "\n")?)
@@ -222,16 +225,16 @@ impl Move {
         Ok(match self {
             Self::Noise => {
                 let heights: Vec<f64> = points.iter().map(|_| rng.random_range(-1.0..1.0)).collect();
-                normals(soup).iter().zip(heights).map(|(n, h)| n * h).collect()
+                soup.vertex_normals().iter().zip(heights).map(|(n, h)| n * h).collect()
             }
             Self::Bumps(length) => {
                 let waves = waves(points, length * side, rng);
-                normals(soup).iter().zip(waves).map(|(n, w)| n * w.x).collect()
+                soup.vertex_normals().iter().zip(waves).map(|(n, w)| n * w.x).collect()
             }
             Self::Warp(length) => waves(points, length * side, rng),
             Self::Slide(length) => {
                 let waves = waves(points, length * side, rng);
-                normals(soup).iter().zip(waves).map(|(n, w)| w - n * n.dot(&w)).collect()
+                soup.vertex_normals().iter().zip(waves).map(|(n, w)| w - n * n.dot(&w)).collect()
             }
             Self::Pieces => pieces(points, side, rng),
             Self::Limb => limb(points, side, rng),
@@ -245,23 +248,8 @@ impl Move {
     }
 }
 
-fn normals(soup: &Soup) -> Vec<Vector3<f64>> {
-    let mut normals = vec![Vector3::zeros(); soup.points.len()];
-    for t in &soup.triangles {
-        let [a, b, c] = t.map(|v| soup.points[v as usize]);
-        let n = (b - a).cross(&(c - a));
-        t.iter().for_each(|&v| normals[v as usize] += n);
-    }
-    normals.into_iter().map(|n| n.try_normalize(0.0).unwrap_or_default()).collect()
-}
-
 fn direction(rng: &mut ChaCha8Rng) -> Vector3<f64> {
-    loop {
-        let v = Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0));
-        if (1e-3..=1.0).contains(&v.norm_squared()) {
-            return v.normalize();
-        }
-    }
+    sample_ball(rng).try_normalize(0.0).unwrap_or_else(Vector3::x)
 }
 
 /// A sum of plane waves of one length, each with its own direction, phase and displacement:
@@ -302,14 +290,13 @@ fn pieces(points: &[Point3<f64>], side: f64, rng: &mut ChaCha8Rng) -> Vec<Vector
 
 /// A smooth hinge: beyond two thirds of the longest axis points turn about a line across it.
 fn limb(points: &[Point3<f64>], side: f64, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
-    let (mut low, mut high) = (points[0], points[0]);
-    points.iter().for_each(|p| (low, high) = (low.inf(p), high.sup(p)));
-    let axis = (high - low).imax();
-    let joint = low[axis] + (high[axis] - low[axis]) * 2.0 / 3.0;
+    let Some(around) = BoundingBox::of(points) else { return Vec::new() };
+    let axis = around.sides().imax();
+    let joint = around.min[axis] + around.sides()[axis] * 2.0 / 3.0;
     let mut across = direction(rng);
     across[axis] = 0.0;
     let across = nalgebra::Unit::try_new(across, 1e-6).unwrap_or(Vector3::ith_axis((axis + 1) % 3));
-    let mut pivot = nalgebra::center(&low, &high);
+    let mut pivot = nalgebra::center(&around.min, &around.max);
     pivot[axis] = joint;
     let turn = Rotation3::from_axis_angle(&across, 0.05);
     let at = |p: &Point3<f64>| {
@@ -326,7 +313,7 @@ fn row(line: &Line) -> String {
 }
 
 /// Of each family what leaves least of the mark at each strength, over what is seen of it.
-fn panel(preset: &str, lines: &[Line]) -> Panel {
+fn panel(preset: Preset, lines: &[Line]) -> Panel {
     const LEAST: f64 = -100.0;
     let mut families: Vec<&'static str> = Vec::new();
     for attack in &ATTACKS {
@@ -336,7 +323,7 @@ fn panel(preset: &str, lines: &[Line]) -> Panel {
     }
     let series = families.into_iter().map(|family| {
         let cheapest = |strength: f64| {
-            let own = |l: &&Line| l.preset == preset && l.family == family && l.strength == strength;
+            let own = |l: &&Line| l.preset == preset.name() && l.family == family && l.strength == strength;
             lines.iter().filter(own).max_by(|a, b| a.log10_p.total_cmp(&b.log10_p))
         };
         let mut points: Vec<(f64, f64)> = STRENGTHS
@@ -347,15 +334,8 @@ fn panel(preset: &str, lines: &[Line]) -> Panel {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         Series { name: family.into(), points, intervals: Vec::new(), dots: true }
     });
-    let caption = if preset == "robust" {
-        "robust"
-    } else if preset == "paper" {
-        "paper"
-    } else {
-        "faithful"
-    };
     Panel {
-        caption,
+        caption: preset.name(),
         x: Axis { label: "MSDM2 of the attack", range: 0.0..0.8, powers: false, ticks: 9 },
         y: Axis { label: "log10 p that is left, at worst", range: LEAST..0.0, powers: false, ticks: 11 },
         series: series.collect(),

@@ -9,10 +9,11 @@
 //! ```
 //!
 //! must hold for all such pairs. A face is such a pair too: a corner and the longest edge that it faces, so that one that is
-//! thinner than a mark moves does not fold ([`thin`]). Two ways lead there: whole functions are made weaker ([`functions`]), or all functions are
-//! where it is narrow ([`points`]). The first keeps functions what they are, the second what is far from a narrow place; the
-//! one that leaves more of the functions is taken. What normals then turn less in all is made up by all functions alike, as far
-//! as walls let it and nothing is seen of it. All of it follows from B and ε, before there is a watermark.
+//! thinner than a mark moves does not fold ([`thin`]). Two ways lead there: whole functions are made weaker ([`functions`]), or
+//! all functions are where it is narrow ([`points`]). The first keeps functions what they are, the second what is far from a
+//! narrow place; the one that leaves more of the functions is taken. What normals then turn less in all is made up by all
+//! functions alike, as far as walls let it and nothing is seen of it. All of it follows from B and ε, before there is a
+//! watermark.
 
 mod functions;
 mod points;

@@ -5,7 +5,7 @@ use nalgebra::{Affine3, DMatrix, Matrix4, Point3};
 use serde::{Serialize, Serializer};
 use sombrero_extraction::Estimate;
 use sombrero_registration::Registration;
-use sombrero_search::{FoundPart, Stages};
+use sombrero_search::{FoundPart, Glance, Stages};
 use sombrero_stats::{Statistic, best_of};
 
 /// The answer of a detection: what was found of one mark in one suspect.
@@ -67,7 +67,6 @@ impl Detection {
         points: usize,
         threshold: f64,
         seconds: Stages,
-        warnings: Vec<String>,
     ) -> Self {
         Self {
             detected: threshold >= 1.0,
@@ -88,7 +87,7 @@ impl Detection {
             found: vec![None; points],
             budget_spent: false,
             seconds,
-            warnings,
+            warnings: vec![Glance::ANOTHER_SHAPE.to_owned()],
         }
     }
 }

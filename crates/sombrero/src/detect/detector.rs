@@ -139,13 +139,7 @@ impl Detector {
     ) -> Result<Detection, DetectError> {
         options.check(suspect)?;
         match options.method {
-            Method::Robust => robust::detect(
-                &self.original,
-                &self.key.watermark,
-                suspect,
-                options,
-                glance.map(|glance| *glance),
-            ),
+            Method::Robust => robust::detect(&self.original, &self.key.watermark, suspect, options, glance),
             Method::Paper => paper::detect(&self.original, &self.key.watermark, suspect, options),
         }
     }

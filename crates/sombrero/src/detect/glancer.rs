@@ -55,9 +55,7 @@ impl Glancer {
             return Ok(FirstLook::Open(Some(Box::new(glance))));
         }
         let (coefficients, points) = (self.key.watermark.len(), self.outline.model().soup().points.len());
-        let warnings = vec![Glance::ANOTHER_SHAPE.to_owned()];
-        let answer =
-            Detection::of_another_shape(coefficients, points, options.threshold, glance.seconds, warnings);
+        let answer = Detection::of_another_shape(coefficients, points, options.threshold, glance.seconds);
         Ok(FirstLook::AnotherShape(Box::new(answer)))
     }
 

@@ -19,23 +19,20 @@ pub(super) fn detect(
     watermark: &[f64],
     suspect: &Suspect,
     options: &DetectOptions,
-    glance: Option<Glance>,
+    glance: Option<Box<Glance>>,
 ) -> Result<Detection, DetectError> {
     let one_key = OneKey { watermark, best: None, variants: Vec::new() };
     let search_options = options.search();
-    let glance = glance.map_or_else(|| original.outline().glance(suspect, &search_options), Ok)?;
-    let SearchOutcome { looks, seconds, mut warnings, another_shape, budget_spent, .. } =
-        search_from(glance, original, suspect, &search_options, one_key)?;
-    if another_shape {
-        let points = original.model().soup().points.len();
-        return Ok(Detection::of_another_shape(
-            watermark.len(),
-            points,
-            options.threshold,
-            seconds,
-            warnings,
-        ));
+    let glance = match glance {
+        Some(glance) => *glance,
+        None => original.outline().glance(suspect, &search_options)?,
+    };
+    if glance.is_another_shape() {
+        let (coefficients, points) = (watermark.len(), original.model().soup().points.len());
+        return Ok(Detection::of_another_shape(coefficients, points, options.threshold, glance.seconds));
     }
+    let SearchOutcome { looks, seconds, mut warnings, budget_spent, .. } =
+        search_from(glance, original, suspect, &search_options, one_key)?;
     let mut variants = Vec::new();
     let mut winner: Option<(Outcome, LogProbability, usize, Vec<FoundPart>)> = None;
     for Looked { examiner, counted, parts, .. } in looks {

@@ -190,16 +190,10 @@ impl Innocent {
         };
         let p = (0..suspects).into_par_iter().map(one).collect::<anyhow::Result<Vec<f64>>>()?;
         bar.finish_and_clear();
-        let rate = |theoretical: f64| {
-            let count = p.iter().filter(|p| **p <= theoretical.log10()).count();
-            Rate::new(theoretical, count, p.len())
-        };
-        let rates = [0.1, 0.01, 0.001].into_iter().map(rate).collect::<anyhow::Result<_>>()?;
+        let rates = Rate::all(&[0.1, 0.01, 0.001], &p, p.len())?;
         let innocent = Self { suspects, what, rates };
         println!("the whole detection, {suspects} {what}");
-        for Rate { theoretical, empirical, low, high, .. } in &innocent.rates {
-            println!("  {theoretical}: {empirical:.4} ({low:.4} to {high:.4})");
-        }
+        innocent.rates.iter().for_each(Rate::print);
         Ok(innocent)
     }
 }

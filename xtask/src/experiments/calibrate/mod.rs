@@ -96,6 +96,20 @@ impl Rate {
         let empirical = count as f64 / trials as f64;
         Ok(Self { theoretical, count, empirical, low: interval.low, high: interval.high })
     }
+
+    /// Those of whole detections, given the log10 p of those that could be made.
+    fn all(theoretical: &[f64], log10_p: &[f64], trials: usize) -> anyhow::Result<Vec<Self>> {
+        let rate = |&theoretical: &f64| {
+            let count = log10_p.iter().filter(|p| **p <= theoretical.log10()).count();
+            Self::new(theoretical, count, trials)
+        };
+        theoretical.iter().map(rate).collect()
+    }
+
+    fn print(&self) {
+        let Self { theoretical, empirical, low, high, .. } = self;
+        println!("  {theoretical}: {empirical:.4} ({low:.4} to {high:.4})");
+    }
 }
 
 pub(crate) fn run(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
@@ -121,12 +135,7 @@ pub(crate) fn run(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
     bar.finish_and_clear();
     kinds.iter().for_each(Calibrated::print);
     let pipeline = (args.pipeline > 0).then(|| Pipeline::run(args.method, args.pipeline)).transpose()?;
-    std::fs::create_dir_all(&args.out)?;
-    plot::write(&args.out.join(format!("calibration{suffix}.svg")), (760, 600), &[panel(&kinds)])?;
-    let report =
-        Report { seed: SEED, confidence: CONFIDENCE, keys: args.keys, kinds, pipeline, innocent: Vec::new() };
-    let text = serde_json::to_string_pretty(&report)? + "\n";
-    Ok(std::fs::write(args.out.join(format!("calibration{suffix}.json")), text)?)
+    write(args, &format!("calibration{suffix}"), kinds, pipeline, Vec::new())
 }
 
 /// The kinds of suspects that have looks of their own.
@@ -150,12 +159,22 @@ fn run_looks(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
     bar.finish_and_clear();
     kinds.iter().for_each(Calibrated::print);
     let innocent = if args.pipeline > 0 { Innocent::run(args.method, args.pipeline)? } else { Vec::new() };
+    write(args, "calibration-looks", kinds, None, innocent)
+}
+
+/// `name.svg` and `name.json`.
+fn write(
+    args: &Calibrate,
+    name: &str,
+    kinds: Vec<Calibrated>,
+    pipeline: Option<Pipeline>,
+    innocent: Vec<Innocent>,
+) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out)?;
-    plot::write(&args.out.join("calibration-looks.svg"), (760, 600), &[panel(&kinds)])?;
-    let (seed, confidence, keys) = (SEED, CONFIDENCE, args.keys);
-    let report = Report { seed, confidence, keys, kinds, pipeline: None, innocent };
+    plot::write(&args.out.join(format!("{name}.svg")), (760, 600), &[panel(&kinds)])?;
+    let report = Report { seed: SEED, confidence: CONFIDENCE, keys: args.keys, kinds, pipeline, innocent };
     let text = serde_json::to_string_pretty(&report)? + "\n";
-    Ok(std::fs::write(args.out.join("calibration-looks.json"), text)?)
+    Ok(std::fs::write(args.out.join(format!("{name}.json")), text)?)
 }
 
 fn bar(length: u64, what: &str) -> anyhow::Result<ProgressBar> {

@@ -59,12 +59,8 @@ impl Pipeline {
         });
         let p = p.collect::<anyhow::Result<Vec<Option<f64>>>>()?;
         bar.finish_and_clear();
-        let failed = p.iter().filter(|p| p.is_none()).count();
-        let rate = |theoretical: f64| {
-            let count = p.iter().flatten().filter(|&&log10_p| log10_p <= theoretical.log10()).count();
-            Rate::new(theoretical, count, p.len())
-        };
-        let rates = [0.1, 0.01].into_iter().map(rate).collect::<anyhow::Result<_>>()?;
+        let compared: Vec<f64> = p.iter().flatten().copied().collect();
+        let (failed, rates) = (p.len() - compared.len(), Rate::all(&[0.1, 0.01], &compared, p.len())?);
         let shapes = shapes.iter().map(|(name, _)| *name).collect();
         let pipeline = Self { suspects, shapes, attacks: &BATTERY, failed, rates };
         pipeline.print();
@@ -73,9 +69,7 @@ impl Pipeline {
 
     pub(super) fn print(&self) {
         println!("the whole detection, {} suspects, {} not comparable", self.suspects, self.failed);
-        for Rate { theoretical, empirical, low, high, .. } in &self.rates {
-            println!("  {theoretical}: {empirical:.4} ({low:.4} to {high:.4})");
-        }
+        self.rates.iter().for_each(Rate::print);
     }
 }
 

@@ -49,6 +49,8 @@ const WORDS: Words =
 struct Job<'a> {
     plan: &'a Plan,
     limits: Limits,
+    /// What the key's file holds.
+    mark: Key,
     /// Who looks at suspects for as long as all of them are other shapes, and the stored basis for who comes after.
     glancer: RefCell<Option<(Glancer, Option<PreparedBasis>)>>,
     /// Who looks from the first on that is not.
@@ -73,15 +75,16 @@ impl<'a> Job<'a> {
         let (stored, note) = stored(&plan.prepared, &key, limits)?;
         let from_file = stored.is_some();
         let start = Instant::now();
+        let mark = key.clone();
         let glancer = Glancer::new(&original, key).map_err(|e| failure(plan, &plan.original, &e))?;
-        let key = glancer.key();
         // The key was made for a file with this hash, and that was checked.
-        let original_sha256 = hex::encode(key.original_sha256);
+        let original_sha256 = hex::encode(mark.original_sha256);
         let anchors = timestamp::anchors(plan.ca.as_deref())?;
-        let stamp = timestamp::of_key(&plan.key, key, &anchors)?;
+        let stamp = timestamp::of_key(&plan.key, &mark, &anchors)?;
         Ok(Self {
             plan,
             limits,
+            mark,
             glancer: RefCell::new(Some((glancer, stored))),
             detector: OnceCell::new(),
             from_file,
@@ -99,7 +102,7 @@ impl<'a> Job<'a> {
         let plan = self.plan;
         let _progress = Progress::new(format!("looking at {}", path.display()));
         let file = files::read_mesh(path, self.limits)?;
-        let evidence = self.evidence(path, &file)?;
+        let evidence = self.evidence(path, &file);
         let suspect = self.with(|glancer| glancer.suspect(&file), |detector| detector.suspect(&file))?;
         // Detection needs the memory.
         drop(file);
@@ -118,22 +121,22 @@ impl<'a> Job<'a> {
         }
         detection.warnings.extend(remark.map(|remark| remark.sentence().to_owned()));
         let glancer = self.glancer.borrow();
-        let (key, original) = match (self.detector.get(), glancer.as_ref()) {
-            (Some(detector), _) => (detector.key(), detector.model()),
-            (None, Some((glancer, _))) => (glancer.key(), glancer.model()),
+        let original = match (self.detector.get(), glancer.as_ref()) {
+            (Some(detector), _) => detector.model(),
+            (None, Some((glancer, _))) => glancer.model(),
             (None, None) => return Err(unusable(plan)),
         };
         let claim = Claim::new(
             detection.detected,
             detection.log10_p,
-            key,
+            &self.mark,
             self.commitment.clone(),
             &evidence.settings,
         );
         let report = Report {
             detection: &detection,
             claim: &claim,
-            key,
+            key: &self.mark,
             original,
             suspect: &suspect.soup,
             prepared: self.from_file,
@@ -160,11 +163,10 @@ impl<'a> Job<'a> {
         Ok(Answer::new(text, &json)?.found_if(detection.detected))
     }
 
-    fn evidence(&self, path: &Path, suspect: &Document) -> Result<Evidence, Failure> {
+    fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
         let suspect = FileHash::of_mesh(path.display().to_string(), suspect);
         let (original, key) = (self.original.clone(), self.key.clone());
-        let of = self.with(|glancer| glancer.key().clone(), |detector| detector.key().clone())?;
-        Ok(Evidence::new(suspect, original, key, &of, self.plan.settings))
+        Evidence::new(suspect, original, key, &self.mark, self.plan.settings)
     }
 
     /// Asks whoever is there.
