@@ -7,6 +7,7 @@
 //!              quadratic    total degree ≤ 2                        10 · 3 = 30
 //!              cubic        total degree ≤ 3                        20 · 3 = 60
 //!              lattice      degree ≤ 3 in each coordinate           64 · 3 = 192
+//! warp         total degree ≤ 3, and a random field         60, and 3 for each node of the field (`warp.rs`)
 //! ```
 //!
 //! with x scaled to [-1, 1] over the bounding box. Affine maps are exact, a 4 × 4 × 4 lattice of Bézier control
@@ -28,18 +29,22 @@ pub enum Deformation {
     Cubic,
     /// Polynomials of degree 3 in each coordinate: free-form deformation.
     Lattice,
+    /// Polynomials of total degree 3, and a smooth random field whose strength follows from the residuals: warps of waves down
+    /// to about a fifth of the largest side. It contains the lattice but for a prior.
+    Warp,
 }
 
 impl Deformation {
     /// All families, simplest first.
-    pub const ALL: [Self; 5] = [Self::Similarity, Self::Affine, Self::Quadratic, Self::Cubic, Self::Lattice];
+    pub const ALL: [Self; 6] =
+        [Self::Similarity, Self::Affine, Self::Quadratic, Self::Cubic, Self::Lattice, Self::Warp];
 
     /// Exponents of the Legendre polynomials in x, y and z for each scalar field.
     pub(crate) fn exponents(self) -> Vec<[usize; 3]> {
         let (total, each) = match self {
             Self::Similarity | Self::Affine => (1, 1),
             Self::Quadratic => (2, 2),
-            Self::Cubic => (3, 3),
+            Self::Cubic | Self::Warp => (3, 3),
             Self::Lattice => (9, 3),
         };
         let all = (0..=each).flat_map(|i| (0..=each).flat_map(move |j| (0..=each).map(move |k| [i, j, k])));

@@ -2,9 +2,11 @@
 //! together and with robust weights.
 
 use crate::answer::Answer;
+use crate::deformation::Deformation;
 use crate::fields::Fields;
 use crate::nuisance::{Modes, Nuisance};
 use crate::system::{MarkMatrix, Solution};
+use crate::warp::Warp;
 use nalgebra::{DMatrix, Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_basis::Basis;
@@ -25,6 +27,8 @@ pub struct Extractor {
     surfaces: Mutex<Vec<Surface>>,
     /// The fields of each of [`Modes::ALL`], prepared when the first suspect asks for them.
     modes: [OnceLock<Vec<Vec<Vector3<f64>>>>; Modes::ALL.len()],
+    /// The kernels of [`Deformation::Warp`], likewise.
+    warp: OnceLock<Warp>,
 }
 
 /// The estimate of w* that one suspect gives.
@@ -116,13 +120,17 @@ impl Extractor {
             original: original.clone(),
             surfaces: Mutex::default(),
             modes: Default::default(),
+            warp: OnceLock::new(),
         })
     }
 
     pub(crate) fn fields(&self, nuisance: Nuisance) -> Fields<'_> {
         let prepared =
             |modes: &Modes| self.modes[*modes as usize].get_or_init(|| modes.fields(&self.original));
-        Fields::new(&self.original, nuisance.deformation, nuisance.modes.iter().flat_map(prepared).collect())
+        let warp = (nuisance.deformation == Deformation::Warp)
+            .then(|| self.warp.get_or_init(|| Warp::new(&self.original, self.side)));
+        let modes = nuisance.modes.iter().flat_map(prepared).collect();
+        Fields::new(&self.original, nuisance.deformation, modes, warp)
     }
 
     /// A surface in the shape of the original, to be deformed.

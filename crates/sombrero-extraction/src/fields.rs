@@ -1,6 +1,7 @@
 //! The columns of N: displacement fields over the vertices of the original, a combination N β of which is solved for.
 
 use crate::deformation::Deformation;
+use crate::warp::Warp;
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::{BoundingBox, Soup};
 
@@ -17,7 +18,16 @@ pub(crate) struct Fields<'a> {
     exponents: Vec<[usize; 3]>,
     /// Fields that are given vertex by vertex.
     modes: Vec<&'a Vec<Vector3<f64>>>,
+    warp: Option<&'a Warp>,
+    /// τ of the warp, in largest sides.
+    pub(crate) spread: f64,
 }
+
+/// Standard deviation of what the smooth fields move beforehand, and of the warp's nodes at first, in largest sides.
+const DEFORMATION: f64 = 0.1;
+const SPREAD: f64 = 0.002;
+/// The least that it counts as.
+const LEAST_SPREAD: f64 = 1e-7;
 
 /// One point's ψ: at most the lattice's 64.
 type Scalars = [f64; 64];
@@ -27,24 +37,49 @@ impl<'a> Fields<'a> {
         original: &'a Soup,
         deformation: Deformation,
         modes: Vec<&'a Vec<Vector3<f64>>>,
+        warp: Option<&'a Warp>,
     ) -> Self {
         let frame = Frame::new(original, deformation == Deformation::Similarity);
-        Self { deformation, original, frame, exponents: deformation.exponents(), modes }
+        Self { deformation, original, frame, exponents: deformation.exponents(), modes, warp, spread: SPREAD }
     }
 
-    /// How many columns N has.
+    /// How many columns N has: the sparse ones first.
     pub(crate) fn columns(&self) -> usize {
         let smooth = if self.deformation == Deformation::Similarity { 7 } else { 3 * self.exponents.len() };
-        smooth + self.modes.len()
+        self.sparse() + smooth + self.modes.len()
     }
 
-    /// The standard deviation that column i's unknown has beforehand: what it moves is of the order of `length`.
-    pub(crate) fn prior_deviation(&self, i: usize, length: f64) -> f64 {
-        // How much of a mode there is is a number of the order of one whatever the units are.
-        if i + self.modes.len() < self.columns() { length } else { 1.0 }
+    /// How many of them are the warp's, with few entries in each row.
+    pub(crate) fn sparse(&self) -> usize {
+        self.warp.map_or(0, Warp::columns)
     }
 
-    /// n · N at the point of a face with these weights: one row.
+    /// The standard deviation that column i's unknown has beforehand, for an original of this largest side.
+    pub(crate) fn prior_deviation(&self, i: usize, side: f64) -> f64 {
+        if i < self.sparse() {
+            self.spread.max(LEAST_SPREAD) * side
+        } else if i + self.modes.len() < self.columns() {
+            DEFORMATION * side
+        } else {
+            // How much of a mode there is is a number of the order of one whatever the units are.
+            1.0
+        }
+    }
+
+    /// The terms of the sparse columns of n · N at the point of a face with these weights.
+    pub(crate) fn sparse_row(
+        &self,
+        corners: [u32; 3],
+        weights: [f64; 3],
+        n: &Vector3<f64>,
+        term: impl FnMut(usize, f64),
+    ) {
+        if let Some(warp) = self.warp {
+            warp.row(corners, weights, n, term);
+        }
+    }
+
+    /// The other columns of n · N at the point of a face with these weights: one row.
     pub(crate) fn row(&self, corners: [u32; 3], weights: [f64; 3], n: &Vector3<f64>, row: &mut [f64]) {
         let mut psi: Scalars = [0.0; 64];
         for (&v, weight) in corners.iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
@@ -70,7 +105,9 @@ impl<'a> Fields<'a> {
     /// N β at a vertex, in model units.
     pub(crate) fn displacement(&self, vertex: u32, beta: &[f64]) -> Vector3<f64> {
         let psi = self.at(vertex);
-        let (smooth, modes) = beta.split_at(beta.len() - self.modes.len());
+        let (warp, dense) = beta.split_at(self.sparse());
+        let (smooth, modes) = dense.split_at(dense.len() - self.modes.len());
+        let warped = self.warp.map_or(Vector3::zeros(), |field| field.displacement(vertex, warp));
         let shaken: Vector3<f64> = match smooth {
             &[a, b, c, i, j, k, scale] if self.deformation == Deformation::Similarity => {
                 let x = Vector3::new(psi[1], psi[2], psi[3]);
@@ -81,7 +118,8 @@ impl<'a> Fields<'a> {
                 terms.map(|(c, psi)| Vector3::new(c[0], c[1], c[2]) * psi).sum()
             }
         };
-        shaken
+        warped
+            + shaken
             + modes.iter().zip(&self.modes).map(|(b, mode)| mode[vertex as usize] * *b).sum::<Vector3<f64>>()
     }
 
@@ -132,12 +170,14 @@ mod tests {
     use sombrero_mesh::smoothing_modes;
     use sombrero_shapes as shapes;
 
-    const ALL: [(Deformation, usize); 5] = [
+    const ALL: [(Deformation, usize); 6] = [
         (Deformation::Similarity, 7),
         (Deformation::Affine, 12),
         (Deformation::Quadratic, 30),
         (Deformation::Cubic, 60),
         (Deformation::Lattice, 192),
+        // But for its nodes.
+        (Deformation::Warp, 60),
     ];
 
     #[test]
@@ -145,7 +185,7 @@ mod tests {
         let soup = shapes::sphere(2);
         for (deformation, columns) in ALL {
             let modes = smoothing_modes(&soup);
-            let count = |modes| Fields::new(&soup, deformation, modes).columns();
+            let count = |modes| Fields::new(&soup, deformation, modes, None).columns();
             assert_eq!(
                 (count(vec![]), count(modes.iter().collect())),
                 (columns, columns + 4),
@@ -160,7 +200,7 @@ mod tests {
         let soup = shapes::bumpy_sphere(200);
         for (deformation, _) in ALL {
             let modes = smoothing_modes(&soup);
-            let fields = Fields::new(&soup, deformation, modes.iter().collect());
+            let fields = Fields::new(&soup, deformation, modes.iter().collect(), None);
             let beta: Vec<f64> = (0..fields.columns()).map(|i| (i as f64 * 0.7).sin()).collect();
             let n = Vector3::new(0.3, -0.5, 0.8);
             let t = soup.triangles[11];
@@ -178,7 +218,7 @@ mod tests {
     #[test]
     fn a_small_similarity_is_in_the_span() {
         let soup = shapes::part(2);
-        let fields = Fields::new(&soup, Deformation::Similarity, vec![]);
+        let fields = Fields::new(&soup, Deformation::Similarity, vec![], None);
         let omega = Vector3::new(0.3, -0.2, 0.1);
         let frame = Frame::new(&soup, true);
         let turn = omega * frame.half.x;

@@ -13,6 +13,7 @@ mod sums;
 mod surface;
 mod system;
 mod vertices;
+mod warp;
 
 pub use deformation::Deformation;
 pub use extractor::{Estimate, EstimateError, Extractor};

@@ -1,6 +1,7 @@
 //! The sums of the normal equations, which a fit spends its time on.
 //!
-//! A row of A = [B N] has hundreds of entries: N's are all there, B's only where functions reach the point. Four
+//! A row of A = [B N] has hundreds of entries: N's are all there but those of a warp, B's only where functions reach the point.
+//! A warp's columns are treated as B's. Four
 //! observations are added at a time, so that each sum is read and written once for four products; those of a mesh lie
 //! beside one another and are reached by the same functions.
 
@@ -47,7 +48,7 @@ impl Sums {
     ) -> Self {
         let (m, k) = (mark_matrix.coefficients(), fields.columns());
         let mut out = Self::new(m + k);
-        let mut four = Four::new(m, k);
+        let mut four = Four::new(m + fields.sparse(), k - fields.sparse());
         for (o, &weight) in observations.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
             four.push(mark_matrix, fields, o, weight.sqrt());
             if four.filled == 4 {
@@ -113,9 +114,9 @@ impl Sums {
 /// Rows of [A | r], each times the root of its weight; zero where there is none yet.
 struct Four {
     filled: usize,
-    /// Those of B, the four entries of a column side by side.
+    /// Those of B and of a warp, the four entries of a column side by side.
     mark: Vec<[f64; 4]>,
-    /// Columns of B with an entry, each once.
+    /// Columns of them with an entry, each once.
     places: Vec<usize>,
     nuisance: [Vec<f64>; 4],
     offsets: [f64; 4],
@@ -137,12 +138,15 @@ impl Four {
 
     fn push(&mut self, mark_matrix: &MarkMatrix, fields: &Fields, o: &Observation, root: f64) {
         let Self { mark, places, listed, filled, .. } = self;
-        mark_matrix.row(o, |i, value| {
+        let mut term = |i: usize, value: f64| {
             mark[i][*filled] += value * root;
             if !std::mem::replace(&mut listed[i], true) {
                 places.push(i);
             }
-        });
+        };
+        mark_matrix.row(o, &mut term);
+        let m = mark_matrix.coefficients();
+        fields.sparse_row(o.corners, o.weights, &o.direction, |i, value| term(m + i, value));
         let row = &mut self.nuisance[self.filled];
         fields.row(o.corners, o.weights, &o.direction, row);
         row.iter_mut().for_each(|x| *x *= root);
@@ -222,7 +226,7 @@ mod tests {
             (4, Deformation::Quadratic, 1),
         ] {
             let mark_matrix = MarkMatrix::new(&functions(&soup.points, functions_count), 0.5);
-            let fields = Fields::new(&soup, deformation, modes.iter().take(1).collect());
+            let fields = Fields::new(&soup, deformation, modes.iter().take(1).collect(), None);
             let observations = observations(&soup, count);
             let weights: Vec<f64> = (0..count).map(|i| f64::from((i as u32 + 1) % 4)).collect();
             let sums = Sums::of(&mark_matrix, &fields, &observations, &weights);

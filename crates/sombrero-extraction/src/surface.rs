@@ -33,6 +33,10 @@ const SAMPLES: [usize; 2] = [10_000, 60_000];
 const COARSE: usize = 10_000;
 /// Solves at most, on the few and on all points.
 const ITERATIONS: [usize; 2] = [14, 3];
+/// The same for warps, whose solves cost several times as much, and which start from the lattice's.
+const WARP_ITERATIONS: [usize; 2] = [6, 2];
+/// Solves after which a warp must explain something, and the share of the variance that it may leave of what a lattice leaves.
+const GLIMPSE: (usize, f64) = (2, 0.25);
 /// Solves at most for each simpler deformation on the way.
 const APPROACH: usize = 5;
 /// Converged when coefficients change by less than this (root mean square), in their standard deviations.
@@ -105,9 +109,11 @@ impl Extractor {
             fit.iterate(&few, APPROACH, STILL[0]);
         }
         fit.fields = self.fields(nuisance);
-        let coarse = fit.iterate(&few, ITERATIONS[0], STILL[0]);
-        let (solution, converged) = fit.iterate(&all, ITERATIONS[1], STILL[1]);
-        let iterations = (fit.solves, coarse.1 && converged);
+        let (solution, converged) = match nuisance.deformation {
+            Deformation::Warp => fit.finish_warp(&few, &all),
+            _ => fit.finish(&few, &all, ITERATIONS),
+        };
+        let iterations = (fit.solves, converged);
         let present = self.present(suspect, &fit);
         self.give_back(fit.surface);
         let variance = fit.variance.max((LEAST_SCALE * self.side).powi(2));
@@ -226,6 +232,20 @@ impl<'a> Fit<'a> {
         cosines.map(|c| f64::from(i8::from(c > COMPATIBLE) - i8::from(c < -COMPATIBLE))).sum::<f64>() < 0.0
     }
 
+    /// On few points until nothing changes, then on all; whether both did.
+    fn finish(&mut self, few: &Points, all: &Points, most: [usize; 2]) -> (Solution, bool) {
+        let coarse = self.iterate(few, most[0], STILL[0]);
+        let (solution, converged) = self.iterate(all, most[1], STILL[1]);
+        (solution, coarse.1 && converged)
+    }
+
+    /// [`finish`](Self::finish) for a warp. One that explains next to nothing is not there, and not worth the time.
+    fn finish_warp(&mut self, few: &Points, all: &Points) -> (Solution, bool) {
+        let without = self.variance;
+        let first = self.iterate(few, GLIMPSE.0, STILL[0]);
+        if self.variance > GLIMPSE.1 * without { first } else { self.finish(few, all, WARP_ITERATIONS) }
+    }
+
     /// Projects and solves until coefficients change by less than `still`; whether they did.
     fn iterate(&mut self, points: &Points, most: usize, still: f64) -> (Solution, bool) {
         let end = self.reached + most * points.places.len();
@@ -260,6 +280,7 @@ impl<'a> Fit<'a> {
         let solution = solve(&extractor.mark_matrix, &self.fields, &observations, &self.weights, scale);
         self.positions = extractor.positions(&self.fields, &solution);
         self.surface.refit(&self.positions);
+        self.fields.spread = solution.spread;
         self.solves += 1;
         self.reach(self.reached + points.places.len());
         solution

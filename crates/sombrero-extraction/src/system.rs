@@ -25,10 +25,8 @@ use crate::fields::Fields;
 use crate::sums::Sums;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 use nalgebra_sparse::CsrMatrix;
+use rayon::prelude::*;
 use sombrero_basis::Basis;
-
-/// Standard deviation of N β beforehand, in units of the largest side.
-const DEFORMATION: f64 = 0.1;
 
 /// One scalar equation.
 #[derive(Debug, Clone, Copy)]
@@ -65,6 +63,8 @@ pub(crate) struct Solution {
     pub(crate) lengths: Vec<f64>,
     /// s² P w*.
     pub(crate) score: DVector<f64>,
+    /// τ of the warp that this solution makes likely, in largest sides.
+    pub(crate) spread: f64,
 }
 
 impl MarkMatrix {
@@ -117,14 +117,14 @@ pub(crate) fn solve(
 ) -> Solution {
     let (m, k) = (mark_matrix.coefficients(), fields.columns());
     let Sums { matrix, right } = Sums::of(mark_matrix, fields, observations, weights);
-    let prior: Vec<f64> =
-        (0..k).map(|i| variance / fields.prior_deviation(i, DEFORMATION * side).powi(2)).collect();
+    let prior: Vec<f64> = (0..k).map(|i| variance / fields.prior_deviation(i, side).powi(2)).collect();
     let elimination = Elimination::new(&matrix, &right, m, &prior);
     let (left, score) = elimination.reduced(&matrix, &right);
     let w = with_prior(&left, &score, variance);
     let beta = elimination.nuisance(&w);
     let lengths = (0..m).map(|i| matrix[(i, i)]).collect();
-    Solution { w, beta, left, lengths, score }
+    let spread = elimination.spread(&beta, &prior, fields.sparse()) / side;
+    Solution { w, beta, left, lengths, score, spread }
 }
 
 /// L⁻¹ Cᵀ and L⁻¹ c with H = L Lᵀ, the columns of N scaled to a unit diagonal.
@@ -182,6 +182,31 @@ impl Elimination {
         }
         beta.component_mul(&self.scale)
     }
+
+    /// τ by MacKay's step (`warp.rs`), of the first so many unknowns; `prior` is s² / τ².
+    fn spread(&self, beta: &DVector<f64>, prior: &[f64], count: usize) -> f64 {
+        let (Some(factor), Some(prior)) = (&self.factor, prior.first().filter(|_| count > 0)) else {
+            return 0.0;
+        };
+        // (H⁻¹)_ii = Σ_r (L⁻¹)_ri².
+        let variance = |i: usize| column_of_inverse(factor.l_dirty(), i) * self.scale[i].powi(2);
+        let trace: f64 = (0..count).into_par_iter().map(variance).collect::<Vec<f64>>().iter().sum();
+        let determined = (count as f64 - prior * trace).max(1.0);
+        (beta.rows(0, count).norm_squared() / determined).sqrt()
+    }
+}
+
+/// The squared length of column i of L⁻¹, of which the entries from i on are not 0.
+fn column_of_inverse(l: &DMatrix<f64>, i: usize) -> f64 {
+    let mut x = vec![0.0; l.nrows() - i];
+    x[0] = 1.0;
+    for k in 0..x.len() {
+        let below = &l.column(i + k).data.into_slice()[i + k..];
+        let entry = x[k] / below[0];
+        x[k] = entry;
+        x[k + 1..].iter_mut().zip(&below[1..]).for_each(|(x, l)| *x -= l * entry);
+    }
+    x.iter().map(|x| x * x).sum()
 }
 
 /// (s² P + s² 1) w = s² P w*: the most probable w for a standard Gaussian one.

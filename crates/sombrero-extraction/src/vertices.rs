@@ -32,7 +32,7 @@ impl Extractor {
         if let Some(vertex) = found.iter().position(|p| !finite(p)) {
             return Err(EstimateError::Vertex { which: "suspect", vertex });
         }
-        let fields = self.fields(nuisance);
+        let mut fields = self.fields(nuisance);
         let used = self.original.used();
         let present: Vec<bool> = found.iter().zip(&used).map(|(f, used)| f.is_some() && *used).collect();
         let observations = self.along_axes(found, &present);
@@ -43,6 +43,7 @@ impl Extractor {
         for _ in 1..ITERATIONS {
             progress.advance(1);
             fit = self.reweighted(&fields, &observations, &solution);
+            fields.spread = solution.spread;
             solution = self.solved(&fields, &observations, &fit);
         }
         let fit = self.reweighted(&fields, &observations, &solution);

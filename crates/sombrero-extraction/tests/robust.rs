@@ -1,7 +1,7 @@
 //! The robust extraction against attacks whose effect is known.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{DVector, Matrix3, Point3, Vector3};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -169,6 +169,36 @@ fn a_bend_is_told_from_the_mark() {
     let stiff = case.extractor.estimate_from_surface(&suspect, NOTHING).unwrap();
     let wrong: Vec<f64> = known.iter().map(|&i| (stiff.coefficients[i] - w[i]).powi(2)).collect();
     assert!(wrong.iter().sum::<f64>() > 10.0 * errors.iter().sum::<f64>());
+}
+
+/// Waves of a third of the side, four times as high as the mark: finer than a lattice, and as smooth as the mark itself.
+#[test]
+fn a_warp_finer_than_a_lattice_is_told_from_the_mark() {
+    let case = case_of(&shapes::bust(16), 40);
+    let w = watermark(40, 2);
+    let side = case.soup.bounding_box().unwrap().largest_side();
+    let marked = case.marked(&w);
+    let squares = marked.iter().zip(&case.soup.points).map(|(a, b)| (a - b).norm_squared()).sum::<f64>();
+    let height = 4.0 * (squares / marked.len() as f64).sqrt();
+    let wave = std::f64::consts::TAU / (0.33 * side);
+    let warp = |p: &Point3<f64>| {
+        let (u, v) = (wave * (0.6 * p.x + 0.8 * p.y), wave * (0.8 * p.z - 0.6 * p.x));
+        p + Vector3::new(v.sin(), (u + v).cos(), u.sin()) * height
+    };
+    let warped: Vec<_> = marked.iter().map(warp).collect();
+    let suspect = subdivided(&Soup::new(warped, case.soup.triangles.clone()));
+    let with = |deformation| {
+        let nuisance = Nuisance { deformation, modes: &[Modes::Smoothing] };
+        let found = case.extractor.estimate_from_surface(&suspect, nuisance).unwrap();
+        let (read, written) = (DVector::from_vec(found.coefficients), DVector::from_column_slice(&w));
+        let product = |a: &DVector<f64>, b: &DVector<f64>| a.dot(&(&found.precision * b));
+        let likeness =
+            product(&read, &written) / (product(&read, &read) * product(&written, &written)).sqrt();
+        (found.residual_rms, likeness)
+    };
+    let ((fine, like), (coarse, unlike)) = (with(Deformation::Warp), with(Deformation::Lattice));
+    assert!(fine < 0.2 * coarse, "{fine} and {coarse}");
+    assert!(like > 0.97 && unlike < 0.85, "{like} and {unlike}");
 }
 
 /// Of many noisy copies, errors are as large as said.

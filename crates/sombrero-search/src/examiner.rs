@@ -16,6 +16,8 @@ pub enum Look {
     Mirrored,
     /// Parts of it, each placed by itself.
     Parts,
+    /// The original, or a piece of it, bent by warps that are finer than what is solved for otherwise.
+    Warped,
 }
 
 impl Look {
@@ -25,6 +27,7 @@ impl Look {
             Self::Whole => "whole",
             Self::Mirrored => "mirrored",
             Self::Parts => "parts",
+            Self::Warped => "warped",
         }
     }
 }

@@ -12,3 +12,7 @@ pub(crate) const NUISANCES: [(&str, Nuisance); 4] = [
     ("affine, smoothing", Nuisance { deformation: Deformation::Affine, modes: &[Modes::Smoothing] }),
     ("free form, smoothing", Nuisance { deformation: Deformation::Lattice, modes: &[Modes::Smoothing] }),
 ];
+
+/// What is solved for where none of them helped: warps that are finer.
+pub(crate) const WARP: [(&str, Nuisance); 1] =
+    [("warp, smoothing", Nuisance { deformation: Deformation::Warp, modes: &[Modes::Smoothing] })];

@@ -1,5 +1,5 @@
 //! The looks at a suspect, and the routes of each, in order: vertices first, which are quick and exact, surfaces when those do
-//! not settle it; the whole, its mirror image, its parts.
+//! not settle it; the whole, its mirror image, its parts, the whole through a warp.
 //!
 //! What there is to look at, the shapes decide alone. Where the vertices of parts say that each was moved by itself, that is
 //! looked at first; a mirror image, where it fits and the suspect itself does not. Else they come when the usual look found nothing.
@@ -11,7 +11,7 @@ use crate::examiner::{Examiner, Look};
 use crate::glance::Glance;
 use crate::limits::MOST_POSES;
 use crate::matched::matched;
-use crate::nuisances::{NUISANCES, QUICK};
+use crate::nuisances::{NUISANCES, QUICK, WARP};
 use crate::options::{SearchOptions, When};
 use crate::original::Original;
 use crate::parts::{Component, PartShape, are_alike, components};
@@ -22,6 +22,7 @@ use crate::surfaces::by_surfaces;
 use crate::suspect::Suspect;
 use crate::tally::Tally;
 use crate::vertices::{Correspondence, by_vertices};
+use nalgebra::Affine3;
 use sombrero_mesh::Soup;
 
 /// Correspondences that are further off than this, in largest sides of what was found, are those of other parts where each part
@@ -30,6 +31,8 @@ const HOPELESS: f64 = 0.05;
 
 /// Poses that are tried of a shape that has endlessly many, so that next to none of those tried can be right.
 const SOME: usize = 12;
+/// Poses, or correspondences, that are looked at through a warp, which takes seconds each.
+const FEW: usize = 2;
 /// What is said of such a shape.
 const ENDLESS: &str = "The original goes onto itself in endlessly many ways, as balls and bodies of revolution do, \
                        and no fit tells which of them is right: few were tried. Where vertices and triangles are \
@@ -98,7 +101,19 @@ pub fn search_from<E: Examiner>(
         done.warnings.push(Glance::ANOTHER_SHAPE.to_owned());
         return Ok(done);
     }
-    let mut search = Search { original, suspect, options, budget: glance.budget, glance, examiner, done };
+    let budget = glance.budget;
+    let mut search = Search {
+        original,
+        suspect,
+        options,
+        budget,
+        glance,
+        examiner,
+        corresponding: Vec::new(),
+        poses: Vec::new(),
+        clear: false,
+        done,
+    };
     search.all()?;
     let done = search.done;
     if !done.looks.is_empty() {
@@ -118,6 +133,11 @@ struct Search<'a, E> {
     /// What the first look found; taken where it is used.
     glance: Glance,
     examiner: E,
+    /// Where the suspect may lie, for a look that comes later: vertices that correspond, and poses of its surface.
+    corresponding: Vec<Correspondence>,
+    poses: Vec<Affine3<f64>>,
+    /// Whether one of those that are over found the mark clearly.
+    clear: bool,
     /// Those that are over.
     done: SearchOutcome<E>,
 }
@@ -130,7 +150,23 @@ impl<'a, E: Examiner> Search<'a, E> {
         if !certain && whole.is_open() && !seen_in_time {
             self.by_surfaces(&mut whole)?;
         }
+        let shared = whole.is_shared();
         self.close(whole, Vec::new());
+        if shared && !self.clear { self.look_through_a_warp() } else { Ok(()) }
+    }
+
+    /// Looks for finer warps where vertices correspond or surfaces fit.
+    fn look_through_a_warp(&mut self) -> Result<(), E::Error> {
+        if self.is_spent() {
+            return Ok(());
+        }
+        let mut tally = self.tally(Look::Warped);
+        if self.corresponding.is_empty() {
+            by_surfaces(self.original, self.suspect, &self.poses, &WARP, &mut tally)?;
+        } else {
+            by_vertices(self.original, &self.corresponding, &WARP, &mut tally)?;
+        }
+        self.close(tally, Vec::new());
         Ok(())
     }
 
@@ -172,7 +208,8 @@ impl<'a, E: Examiner> Search<'a, E> {
                 }
             }
         }
-        by_vertices(self.original, correspondences, whole)?;
+        by_vertices(self.original, &correspondences, &NUISANCES, whole)?;
+        self.corresponding = correspondences.into_iter().filter(Correspondence::fits).take(FEW).collect();
         let numbered = self.suspect.correspondence.is_none();
         if numbered && whole.is_shared() && !whole.is_found() {
             return self.look_at_vertices_in_mirror();
@@ -210,7 +247,7 @@ impl<'a, E: Examiner> Search<'a, E> {
         let found = tally.seconds.time("matching", || matched(self.original.model(), &turned));
         let all = found.into_iter().map(|found| Correspondence::new(self.original, found, true));
         let mirrored: Vec<_> = all.filter(|found| found.fits() && found.is_mirrored()).collect();
-        by_vertices(self.original, mirrored, &mut tally)?;
+        by_vertices(self.original, &mirrored, &NUISANCES, &mut tally)?;
         Ok(self.close(tally, Vec::new()))
     }
 
@@ -242,6 +279,9 @@ impl<'a, E: Examiner> Search<'a, E> {
             return Ok(());
         }
         by_surfaces(original, self.suspect, &poses.found, nuisances, whole)?;
+        if !poses.unrelated {
+            self.poses = poses.found.into_iter().take(FEW).collect();
+        }
         if whole.is_shared() && trusted && !whole.is_found() {
             self.look_in_mirror(limit)?;
         }
@@ -308,6 +348,7 @@ impl<'a, E: Examiner> Search<'a, E> {
     fn close(&mut self, mut tally: Tally<'a, E>, parts: Vec<FoundPart>) -> bool {
         tally.finish();
         let (certain, counted, look) = (tally.is_certain(), tally.counted(), tally.look());
+        self.clear |= tally.is_clear();
         self.done.budget_spent |= !certain && self.budget.is_spent();
         self.done.seconds.add(tally.seconds);
         self.done.warnings.extend(tally.warnings);

@@ -1,6 +1,6 @@
 //! The account of one look at a suspect: the hypotheses that p is corrected for, and whether one is certain.
 //!
-//! A suspect is looked at as a whole, and where that does not settle it as a mirror image, and part by part. Whether it gets so
+//! A suspect is looked at as a whole, and where that does not settle it as a mirror image, part by part, and through a warp. Whether it gets so
 //! far depends on w, so each look pays for itself, whether others follow or not. Look i has a share s_i of the chance to find
 //! something where nothing is, and counts its k_i tests as k_i / s_i:
 //!
@@ -8,12 +8,12 @@
 //! Pr[min_i p_i k_i / s_i ≤ x] ≤ Σ_i k_i · (x s_i / k_i) = x,    Σ_i s_i = 1
 //! ```
 //!
-//! The usual look has nearly all: others cost it 0.007 of log10 p. Where the shape alone says that there are no others it has all.
+//! The usual look has nearly all, 63/64: others cost it 0.007 of log10 p. Where the shape alone says that there are no others it has all.
 
 use crate::budget::Budget;
 use crate::examiner::{Examiner, Hypothesis, Look};
 use crate::limits::MOST_POSES;
-use crate::nuisances::NUISANCES;
+use crate::nuisances::{NUISANCES, WARP};
 use crate::options::{SearchOptions, When};
 use crate::stages::Stages;
 use sombrero_extraction::Estimate;
@@ -22,10 +22,13 @@ use sombrero_stats::best_of;
 /// The orders of magnitude that the best p must be below the threshold for the search to end early.
 const MARGIN: f64 = 54.0;
 
+/// The orders of magnitude that it must be below the threshold for a warp not to be looked for.
+const CLEAR: f64 = 14.0;
+
 /// Each other look has one of so many shares, the usual one has the rest.
-const SHARES: usize = 128;
+const SHARES: usize = 192;
 /// Looks beside the usual one.
-const OTHERS: usize = 2;
+const OTHERS: usize = 3;
 
 /// One look under way.
 pub(crate) struct Tally<'a, E> {
@@ -112,12 +115,13 @@ impl<'a, E: Examiner> Tally<'a, E> {
     /// All tests that p is corrected for: of the routes taken, and as long as others may come, of those too; and more of them
     /// where looks share.
     pub(crate) fn counted(&self) -> usize {
-        let each = NUISANCES.len() * E::TESTS * self.examiner.watermarks();
+        let nuisances = if self.look == Look::Warped { WARP.len() } else { NUISANCES.len() };
+        let each = nuisances * E::TESTS * self.examiner.watermarks();
         let tests = (self.routes + self.possible).saturating_mul(each);
         match self.look {
             _ if !self.shared => tests,
             Look::Whole => tests.saturating_mul(SHARES).div_ceil(SHARES - OTHERS),
-            Look::Mirrored | Look::Parts => tests.saturating_mul(SHARES),
+            Look::Mirrored | Look::Parts | Look::Warped => tests.saturating_mul(SHARES),
         }
     }
 
@@ -139,6 +143,11 @@ impl<'a, E: Examiner> Tally<'a, E> {
     /// Whether the best p so far counts as found.
     pub(crate) fn is_found(&self) -> bool {
         self.log10_p() <= self.options.threshold.log10()
+    }
+
+    /// Whether it is found so clearly that evidence which takes seconds to get is not missed.
+    pub(crate) fn is_clear(&self) -> bool {
+        self.log10_p() <= self.options.threshold.log10() - CLEAR
     }
 
     /// Ends the look. Routes that were left out because one is certain, or the time was over, stay counted.

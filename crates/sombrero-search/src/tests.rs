@@ -169,14 +169,28 @@ fn each_look_pays_for_itself() {
     for suspect in [marked.clone(), mirrored(&marked), laid_elsewhere(&marked), bumpy_sphere(300)] {
         let looks = looks(&original(&soup), &suspect);
         let share = |looked: &Looked<Fixed>| {
-            let tests = match looked.look {
-                Look::Parts => 1 + looked.parts.len(),
-                _ => looked.examiner.seen.len() / 4,
+            let routes = match looked.look {
+                Look::Parts => (1 + looked.parts.len()) as f64,
+                _ => looked.examiner.seen.len() as f64 / 4.0,
             };
-            (tests * A_ROUTE) as f64 / looked.counted as f64
+            routes * A_ROUTE as f64 / looked.counted as f64
         };
         let all: f64 = looks.iter().map(share).sum();
         assert!(all <= 1.0 + 1e-12, "{all}");
+    }
+}
+
+/// A warp is looked for where the suspect fits and nothing was found clearly.
+#[test]
+fn a_warp_is_looked_for_last() {
+    let always = SearchOptions { resampling: When::Always, ..SearchOptions::default() };
+    let suspect = ORIGINAL.suspect(&bumpy_sphere(400));
+    for (log10_p, follows) in [(0.0, true), (-15.0, true), (-40.0, false)] {
+        let examiner = Fixed { log10_p, seen: Vec::new(), coefficients: Vec::new() };
+        let looks = search(&ORIGINAL, &suspect, &always, examiner).unwrap().looks;
+        let last = looks.last().unwrap();
+        assert_eq!(last.look == Look::Warped, follows, "{log10_p}");
+        assert!(!follows || last.examiner.seen[0].nuisance == "warp, smoothing");
     }
 }
 

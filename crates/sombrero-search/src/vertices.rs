@@ -3,12 +3,12 @@
 use crate::error::SearchError;
 use crate::examiner::{Examiner, Hypothesis};
 use crate::limits::CORRESPONDS;
-use crate::nuisances::NUISANCES;
 use crate::original::Original;
 use crate::pairs::Pairs;
 use crate::placement::Placement;
 use crate::tally::Tally;
 use nalgebra::Point3;
+use sombrero_extraction::Nuisance;
 
 /// For each of the original's points its place on the suspect, in the suspect's coordinates, and how all of them are moved
 /// onto the original.
@@ -56,10 +56,11 @@ impl Correspondence {
     }
 }
 
-/// Examines every correspondence with every nuisance. One that fits the original closes the search.
+/// Examines every correspondence with each of these nuisances. One that fits the original closes the search.
 pub(crate) fn by_vertices<E: Examiner>(
     original: &Original,
-    correspondences: Vec<Correspondence>,
+    correspondences: &[Correspondence],
+    nuisances: &[(&'static str, Nuisance)],
     tally: &mut Tally<'_, E>,
 ) -> Result<(), E::Error> {
     tally.take(correspondences.len());
@@ -73,10 +74,10 @@ pub(crate) fn by_vertices<E: Examiner>(
         let Correspondence { found, placement, .. } = correspondence;
         let placed: Vec<_> = match &placement {
             Some(placement) => found.iter().map(|p| p.map(|p| placement.of(&p))).collect(),
-            None => found,
+            None => found.clone(),
         };
         let pose = placement.map(|placement| placement.map());
-        for (nuisance, solved_for) in NUISANCES {
+        for &(nuisance, solved_for) in nuisances {
             let extractor = original.extractor().map_err(SearchError::from)?;
             let estimate =
                 tally.seconds.time("extraction", || extractor.estimate_from_vertices(&placed, solved_for));

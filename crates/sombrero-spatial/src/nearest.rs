@@ -52,6 +52,19 @@ impl NearestVertex {
         Some((self.kept[item as usize], radius.sqrt()))
     }
 
+    /// Indices of the points closer to `p` than `reach`, and their distances in model units, by index; of several at one
+    /// position the first. None where `p` is not finite.
+    pub fn within(&self, p: &Point3<f64>, reach: f64) -> Vec<(u32, f64)> {
+        let Some(tree) = self.tree.as_ref().filter(|_| usable(p)) else { return Vec::new() };
+        let query: [f64; 3] = p.coords.into();
+        let found = tree.query(&query).within::<SquaredEuclidean<f64>>(reach * reach).unsorted().execute();
+        let mut near: Vec<(u32, f64)> =
+            found.into_iter().map(|f| (self.kept[f.item as usize], f.distance.sqrt())).collect();
+        near.retain(|&(_, distance)| distance < reach);
+        near.sort_unstable_by_key(|&(index, _)| index);
+        near
+    }
+
     /// [`NearestVertex::nearest`] of each point, in parallel; the same for any number of threads.
     pub fn nearest_many(&self, points: &[Point3<f64>]) -> Vec<Option<(u32, f64)>> {
         let order = morton::order(points);
