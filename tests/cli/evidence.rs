@@ -20,9 +20,17 @@ fn verify_tells_a_genuine_key() {
 #[test]
 fn demo_tells_the_whole_story() {
     let workshop = Workshop::new(PROGRAM);
-    let answer = workshop.line("demo -o show --seed 4 --json").json();
+    let answer = workshop.line("demo -o show --json").json();
     let rows = answer["rows"].as_array().unwrap();
     assert!(rows.iter().all(|row| number(&row["log10_p"])), "{rows:?}");
+    // As the README shows it.
+    let table = include_str!("../../README.md").lines().skip_while(|line| !line.starts_with("log10 p  "));
+    let of = |model: &'static str| rows.iter().filter(move |row| row["model"] == model);
+    for ((part, bust), line) in of("part").zip(of("bust")).zip(table.skip(1)) {
+        let shown = line.strip_prefix(part["suspect"].as_str().unwrap()).unwrap_or_default();
+        let figures: Vec<&str> = shown.split_whitespace().step_by(2).collect();
+        assert_eq!(figures, [part, bust].map(|row| format!("{:.1}", row["log10_p"].as_f64().unwrap() + 0.0)));
+    }
     assert!(rows.iter().filter(|row| row["marked"] == false).all(|row| row["detected"] == false), "{rows:?}");
     let copies = || rows.iter().filter(|row| row["suspect"] == "none");
     assert!(copies().count() == 2 && copies().all(|row| row["detected"] == true), "{rows:?}");
