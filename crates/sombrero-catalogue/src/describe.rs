@@ -3,13 +3,17 @@
 use nalgebra::{Point3, Vector3};
 use sombrero_landmarks::{Cloud, SurfacePoint, ladder, surface_points};
 
-use crate::features::{Looks, looks};
+use crate::features::{Looks, looks, unusual};
 use crate::pieces::Piece;
 
 /// Largest radius of a description, relative to the root of the piece's area.
 const LARGEST: f64 = 0.17;
 /// Points that stand for the surface.
 const SAMPLES: usize = 6_000;
+/// Places that are looked at for each landmark that is chosen.
+const CHOICE: usize = 4;
+/// Least distance between landmarks, relative to that of as many points on a square grid over the whole surface.
+const SPACING: f64 = 0.5;
 /// Mean of the cosines between normals and the directions from the centroid beyond which normals have a side.
 const CLEAR: f64 = 0.15;
 
@@ -42,16 +46,41 @@ pub(crate) fn described(piece: &Piece, count: usize, more: usize) -> Described {
     if outwards(&points) < -CLEAR {
         points.iter_mut().for_each(|s| s.normal = -s.normal);
     }
-    let step = (points.len() / count.max(1)).max(1);
+    let step = (points.len() / (CHOICE * count).max(1)).max(1);
     let places: Vec<SurfacePoint> = points.iter().step_by(step).copied().collect();
     let cloud = Cloud::new(points, 1.0);
-    let radii = ladder(LARGEST, more, more);
-    let landmark = |place: SurfacePoint| Landmark {
-        point: place.point,
-        normal: place.normal,
-        looks: cloud.landmark(place.point, &radii).views.iter().map(|view| looks(&view.features)).collect(),
+    let seen = |place: &SurfacePoint, more: usize| -> Vec<Looks> {
+        let landmark = cloud.landmark(place.point, &ladder(LARGEST, more, more));
+        landmark.views.iter().map(|view| looks(&view.features)).collect()
     };
-    Described { centroid, size: piece.size, landmarks: places.into_iter().map(landmark).collect() }
+    let landmark = |place: SurfacePoint| {
+        let looks = seen(&place, more);
+        Landmark { point: place.point, normal: place.normal, looks }
+    };
+    let strange = |place: &SurfacePoint| seen(place, 0).first().map_or(0, unusual);
+    let chosen = chosen(places, count, strange);
+    Described { centroid, size: piece.size, landmarks: chosen.into_iter().map(landmark).collect() }
+}
+
+/// `count` of the places: the strangest ones that keep their distance from each other, and more of the strangest when these are
+/// too few. What is strange to a catalogue is so after an attack as well, so that suspect and original choose alike.
+fn chosen(
+    places: Vec<SurfacePoint>,
+    count: usize,
+    strange: impl Fn(&SurfacePoint) -> u32,
+) -> Vec<SurfacePoint> {
+    let mut sorted: Vec<(u32, usize)> = places.iter().map(strange).zip(0..).collect();
+    sorted.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
+    let apart = (SPACING / (count as f64).sqrt()).powi(2);
+    let (mut near, mut far): (Vec<SurfacePoint>, Vec<SurfacePoint>) = (Vec::new(), Vec::new());
+    for (_, index) in sorted {
+        let place = places[index];
+        let free = far.iter().all(|other| (other.point - place.point).norm_squared() >= apart);
+        if free && far.len() < count { far.push(place) } else { near.push(place) }
+    }
+    let missing = count.saturating_sub(far.len());
+    far.extend(near.into_iter().take(missing));
+    far
 }
 
 /// Mean cosine between the normals and the directions away from the centroid, which is the origin.

@@ -15,3 +15,9 @@ pub struct Entry {
 
 /// The most bytes that name, place and note may have each.
 pub(crate) const LONGEST: usize = 1 << 16;
+
+/// A number by which a name is looked up: FNV-1a (Fowler, Noll and Vo), 64 bits.
+pub(crate) fn hash(name: &str) -> u64 {
+    name.bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}

@@ -10,19 +10,22 @@ use crate::portrait::Likeness;
 use crate::question::MORE;
 
 /// Squared distance of looks up to which two landmarks may be one.
-const ALIKE: u32 = 1 << 13;
-/// Matches that a landmark of the suspect has at most.
-const MATCHES: usize = 4;
+const ALIKE: u32 = 800;
+/// Matches that a landmark of the suspect has at most, and all together.
+const MATCHES: usize = 3;
+const MOST: usize = 160;
 /// Matches from which pairs are made, and partners of each.
-const SEEDS: usize = 12;
-const PARTNERS: usize = 8;
+const SEEDS: usize = 8;
+const PARTNERS: usize = 6;
 /// How far a landmark may lie from its place, relative to the root of the suspect's area.
 const NEAR: f64 = 0.05;
 /// How much cosines may differ.
 const TURNED: f64 = 0.3;
+/// Ratio by which a match's rung and the pose's scale may differ.
+const STRETCHED: f64 = 1.3;
 
 /// How a likeness fits.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Fit {
     /// Share of the suspect's landmarks that have a partner where they ought to, weighed by how much they look alike.
     pub(crate) score: f64,
@@ -44,38 +47,46 @@ struct Match {
     weight: f64,
 }
 
-/// The best way to lay the likeness on the suspect; `None` when there is none.
-pub(crate) fn fit(asked: &Described, likeness: &Likeness) -> Option<Fit> {
-    let matches = matches(asked, likeness);
-    let agreeing = agreeing(&matches);
-    let mut order: Vec<usize> = (0..matches.len()).collect();
-    let degree: Vec<f64> =
-        agreeing.iter().map(|with| with.iter().map(|&b| matches[b].weight).sum()).collect();
-    order.sort_by(|&a, &b| degree[b].total_cmp(&degree[a]).then(a.cmp(&b)));
-    let mut best: Option<Fit> = None;
-    for &a in order.iter().take(SEEDS) {
-        let mut partners = agreeing[a].clone();
-        partners.sort_by(|&x, &y| degree[y].total_cmp(&degree[x]).then(x.cmp(&y)));
-        for &b in partners.iter().take(PARTNERS) {
-            for mirrored in [false, true] {
-                let found = pose(&matches[a], &matches[b], mirrored)
-                    .map(|pose| counted(&matches, asked, pose, mirrored));
-                if let Some((score, _, pose)) = found
-                    && best.as_ref().is_none_or(|best| score > best.score)
-                {
-                    best = Some(Fit { score, pose, mirrored });
-                }
+/// The best ways to lay the likeness and its mirror image on the suspect, at about the ratio of sizes that `rung` stands for.
+pub(crate) fn fits(asked: &Described, likeness: &Likeness, rung: usize) -> Vec<Fit> {
+    let matches = matches(asked, likeness, rung);
+    let seeds = seeds(&matches);
+    let best = |mirrored: bool| {
+        let mut best: Option<Fit> = None;
+        for &(a, b) in &seeds {
+            let Some(pose) = pose(&matches[a], &matches[b], mirrored) else { continue };
+            let score = counted(&matches, asked, &pose, mirrored).0;
+            if best.as_ref().is_none_or(|best| score > best.score) {
+                best = Some(Fit { score, pose, mirrored });
             }
         }
-    }
-    best.map(|fit| refit(&matches, asked, fit))
+        best.map(|fit| refit(&matches, asked, fit))
+    };
+    [false, true].into_iter().filter_map(best).collect()
 }
 
-fn matches(asked: &Described, likeness: &Likeness) -> Vec<Match> {
+/// Pairs of matches that agree with each other and with many others.
+fn seeds(matches: &[Match]) -> Vec<(usize, usize)> {
+    let agreeing = agreeing(matches);
+    let degree: Vec<f64> =
+        agreeing.iter().map(|with| with.iter().map(|&b| matches[b].weight).sum()).collect();
+    let by_degree = |a: &usize, b: &usize| degree[*b].total_cmp(&degree[*a]).then(a.cmp(b));
+    let mut order: Vec<usize> = (0..matches.len()).collect();
+    order.sort_by(by_degree);
+    let mut seeds = Vec::new();
+    for &a in order.iter().take(SEEDS) {
+        let mut partners = agreeing[a].clone();
+        partners.sort_by(by_degree);
+        seeds.extend(partners.into_iter().take(PARTNERS).map(|b| (a, b)));
+    }
+    seeds
+}
+
+fn matches(asked: &Described, likeness: &Likeness, rung: usize) -> Vec<Match> {
     let mut found = Vec::new();
     for (index, landmark) in asked.landmarks.iter().enumerate() {
         let mut alike: Vec<(u32, usize, usize)> = Vec::new();
-        for (rung, looks) in landmark.looks.iter().enumerate() {
+        for (rung, looks) in landmark.looks.iter().enumerate().take(rung + 2).skip(rung.saturating_sub(1)) {
             let near =
                 likeness.marks.iter().enumerate().map(|(j, mark)| (apart(looks, &mark.looks), rung, j));
             alike.extend(near.filter(|near| near.0 < ALIKE));
@@ -92,6 +103,8 @@ fn matches(asked: &Described, likeness: &Likeness) -> Vec<Match> {
             weight: 1.0 - f64::from(distance) / f64::from(ALIKE),
         }));
     }
+    found.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    found.truncate(MOST);
     found
 }
 
@@ -146,32 +159,29 @@ fn pose(a: &Match, b: &Match, mirrored: bool) -> Option<Similarity3<f64>> {
 fn counted(
     matches: &[Match],
     asked: &Described,
-    pose: Similarity3<f64>,
+    pose: &Similarity3<f64>,
     mirrored: bool,
-) -> (f64, Vec<(Point3<f64>, Point3<f64>)>, Similarity3<f64>) {
+) -> (f64, Vec<(Point3<f64>, Point3<f64>)>) {
+    let flip = |v: Vector3<f64>| if mirrored { Vector3::new(-v.x, v.y, v.z) } else { v };
     let mut weights = vec![0.0f64; asked.landmarks.len()];
     let mut pairs = Vec::new();
     for found in matches {
-        let (p, n) = if mirrored {
-            (Point3::new(-found.p.x, found.p.y, found.p.z), Vector3::new(-found.n.x, found.n.y, found.n.z))
-        } else {
-            (found.p, found.n)
-        };
-        let here = pose * p;
+        let p = Point3::from(flip(found.p.coords));
         let ratio = pose.scaling() / found.scale;
-        let turned = (pose.isometry.rotation * n).dot(&found.m);
-        if (here - found.q).norm() < NEAR && turned > 1.0 - TURNED && ratio < 1.3 && ratio > 1.0 / 1.3 {
+        let turned = (pose.isometry.rotation * flip(found.n)).dot(&found.m);
+        let near = (pose * p - found.q).norm() < NEAR;
+        if near && turned > 1.0 - TURNED && ratio < STRETCHED && ratio > 1.0 / STRETCHED {
             weights[found.index] = weights[found.index].max(found.weight);
             pairs.push((p, found.q));
         }
     }
-    (weights.iter().sum::<f64>() / weights.len().max(1) as f64, pairs, pose)
+    (weights.iter().sum::<f64>() / weights.len().max(1) as f64, pairs)
 }
 
 /// The pose of all matches that bear it out, when that is borne out by more.
 fn refit(matches: &[Match], asked: &Described, fit: Fit) -> Fit {
-    let (_, pairs, _) = counted(matches, asked, fit.pose, fit.mirrored);
+    let (_, pairs) = counted(matches, asked, &fit.pose, fit.mirrored);
     let Some(pose) = similarity_of_pairs(&pairs) else { return fit };
-    let (score, _, pose) = counted(matches, asked, pose, fit.mirrored);
+    let (score, _) = counted(matches, asked, &pose, fit.mirrored);
     if score > fit.score { Fit { score, pose, ..fit } } else { fit }
 }

@@ -1,11 +1,13 @@
 //! A suspect, made ready to be asked about.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
+use sombrero_spatial::Surface;
 
 use crate::describe::{Described, described};
 use crate::error::ShapeError;
 use crate::pieces::{Piece, pieces};
+use crate::settle::face_normals;
 
 /// Landmarks of a piece.
 const COUNT: usize = 100;
@@ -16,8 +18,18 @@ pub(crate) const MORE: usize = 4;
 /// together as well.
 #[derive(Debug, Clone)]
 pub struct Question {
-    pub(crate) pieces: Vec<Described>,
-    shapes: Vec<Piece>,
+    pub(crate) pieces: Vec<Asked>,
+}
+
+/// A piece of a suspect.
+#[derive(Debug, Clone)]
+pub(crate) struct Asked {
+    pub(crate) described: Described,
+    /// In the unit of the description.
+    pub(crate) surface: Surface,
+    /// Of its faces.
+    pub(crate) normals: Vec<Vector3<f64>>,
+    piece: Piece,
 }
 
 impl Question {
@@ -26,18 +38,24 @@ impl Question {
     /// # Errors
     /// [`ShapeError`] when it is no surface.
     pub fn of(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, ShapeError> {
-        let shapes = pieces(points, triangles)?;
-        let pieces = shapes.par_iter().map(|piece| described(piece, COUNT, MORE)).collect();
-        Ok(Self { pieces, shapes })
+        let asked = |piece: Piece| {
+            let described = described(&piece, COUNT, MORE);
+            let unit = |p: &Point3<f64>| Point3::from((p - described.centroid) / described.size);
+            let points: Vec<_> = piece.points.iter().map(unit).collect();
+            let normals = face_normals(&points, &piece.triangles);
+            Asked { surface: Surface::new(&points, &piece.triangles), normals, described, piece }
+        };
+        Ok(Self { pieces: pieces(points, triangles)?.into_par_iter().map(asked).collect() })
     }
 
     /// How many parts ask on their own; 0 when the whole hangs together.
     pub fn parts(&self) -> usize {
-        self.shapes.len() - 1
+        self.pieces.len() - 1
     }
 
     /// Points and triangles of a part, by [`Candidate::part`](crate::Candidate::part): largest first.
     pub fn part(&self, index: usize) -> Option<(&[Point3<f64>], &[[u32; 3]])> {
-        self.shapes.get(index.checked_add(1)?).map(|piece| (&piece.points[..], &piece.triangles[..]))
+        let piece = &self.pieces.get(index.checked_add(1)?)?.piece;
+        Some((&piece.points[..], &piece.triangles[..]))
     }
 }
