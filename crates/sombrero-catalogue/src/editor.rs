@@ -12,6 +12,7 @@ use crate::log::{MAGIC, Step};
 use crate::manifest::{Manifest, log_of, sync_folder};
 use crate::merge;
 use crate::portrait::Portrait;
+use crate::segment::Segment;
 
 const LOCK: &str = "lock";
 /// Entries that are written before it is asked whether the log is full.
@@ -57,10 +58,7 @@ impl Editor {
         lock.try_lock().map_err(|_| CatalogueError::Busy { path: folder.to_owned() })?;
         let manifest = Manifest::read(folder)?;
         let catalogue = Catalogue::open(folder)?;
-        let alive = |segment: &crate::segment::Segment| {
-            segment.living().map(|entry| segment.lists.head.entries[entry as usize].hash).collect::<Vec<_>>()
-        };
-        let names = catalogue.segments.iter().flat_map(alive).collect();
+        let names = hashes(&catalogue);
         let last = catalogue.segments.last();
         let (fresh, clean) = last.map_or((0, true), |s| (s.lists.head.entries.len(), s.clean));
         let path = log_of(folder, manifest.open);
@@ -139,13 +137,7 @@ impl Editor {
     ) -> Result<Vec<String>, CatalogueError> {
         self.seal()?;
         let dropped = merge::rebuild(&self.folder, &mut self.manifest, again)?;
-        let lock = self._lock.try_clone().map_err(CatalogueError::io(&self.folder))?;
-        let catalogue = self.catalogue()?;
-        drop(lock);
-        let hashes = catalogue.segments.iter().flat_map(|segment| {
-            segment.living().map(|entry| segment.lists.head.entries[entry as usize].hash).collect::<Vec<_>>()
-        });
-        self.names = hashes.collect();
+        self.names = hashes(&self.catalogue()?);
         Ok(dropped)
     }
 
@@ -180,6 +172,14 @@ impl Editor {
         (self.log, self.fresh, self.manifest) = (log, 0, manifest);
         merge::merge(&self.folder, &mut self.manifest)
     }
+}
+
+/// Hashes of the names that a catalogue has.
+fn hashes(catalogue: &Catalogue) -> HashSet<u64> {
+    let of = |segment: &Segment| -> Vec<u64> {
+        segment.living().map(|entry| segment.lists.head.entries[entry as usize].hash).collect()
+    };
+    catalogue.segments.iter().flat_map(of).collect()
 }
 
 fn new_log(folder: &Path, number: u32) -> Result<File, CatalogueError> {
