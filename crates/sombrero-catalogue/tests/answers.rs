@@ -106,7 +106,7 @@ fn an_empty_catalogue_answers_nothing() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(6))]
 
     /// Any order, any split into segments, removed and added again, merged or not, one thread or three.
     #[test]

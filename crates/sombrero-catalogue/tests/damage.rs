@@ -78,7 +78,7 @@ fn many_become_few_files_and_none_is_lost() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(ProptestConfig::with_cases(16))]
 
     /// A process that died while it added "c" leaves a part of it.
     #[test]
