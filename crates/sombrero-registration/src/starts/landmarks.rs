@@ -1,15 +1,17 @@
 //! Landmarks of the original, prepared once.
 
 use rayon::prelude::*;
+use sombrero_landmarks::{Cloud, Features, Landmark, SurfacePoint, ladder};
 
-use crate::starts::landmark::{Cloud, Features, Landmark, RUNG, SPAN};
-use crate::surface::sample::samples;
+use crate::surface::sample::{Sample, samples};
 use crate::surface::shape::Shape;
 
 /// Landmarks of the reference.
 const COUNT: usize = 1_500;
+/// Samples that stand for a surface.
+const SAMPLES: usize = 6_000;
 /// Largest radius of a description, in units of the diagonal.
-const LARGEST: f64 = 0.17;
+pub(crate) const LARGEST: f64 = 0.17;
 /// What a feature varies at least, so that one that is the same everywhere does not decide.
 const LEAST_DEVIATION: f32 = 0.02;
 
@@ -25,8 +27,8 @@ pub(crate) struct Landmarks {
 
 impl Landmarks {
     pub(crate) fn new(shape: &Shape) -> Self {
-        let cloud = Cloud::new(shape, 1.0);
-        let radii = ladder(0, 0);
+        let cloud = cloud(shape, 1.0);
+        let radii = ladder(LARGEST, 0, 0);
         let landmarks: Vec<_> =
             samples(shape, COUNT).par_iter().map(|s| cloud.landmark(s.point, &radii)).collect();
         let weights = weights(&landmarks);
@@ -34,10 +36,11 @@ impl Landmarks {
     }
 }
 
-/// The radii of a description, and some more of the ladder below and above.
-pub(crate) fn ladder(below: usize, above: usize) -> Vec<f64> {
-    let rungs = 0..SPAN + 1 + below + above;
-    rungs.map(|rung| LARGEST * RUNG.powi(rung as i32 - (SPAN + below) as i32)).collect()
+/// The surface as the descriptions see it; `orientation` is -1 for one whose normals are to be turned.
+pub(crate) fn cloud(shape: &Shape, orientation: f64) -> Cloud {
+    let turned =
+        |s: Sample| SurfacePoint { point: s.point, normal: s.with_unit_normal().normal * orientation };
+    Cloud::new(samples(shape, SAMPLES).into_iter().map(turned).collect(), shape.moments.area)
 }
 
 fn weights(landmarks: &[Landmark]) -> Features {

@@ -8,11 +8,11 @@
 
 use nalgebra::{Matrix3, Point3, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
+use sombrero_landmarks::{Features, Frame, Landmark, RUNG, View, ladder};
 
 use crate::refinement::affine_map::AffineMap;
 use crate::refinement::motion::Motion;
-use crate::starts::landmark::{Cloud, Features, Frame, Landmark, RUNG, View};
-use crate::starts::landmarks::{Landmarks, ladder};
+use crate::starts::landmarks::{LARGEST, Landmarks, cloud};
 use crate::starts::ranking::{Ranked, distinct, ranked, sort};
 use crate::starts::rough;
 use crate::surface::lookup::Lookup;
@@ -61,8 +61,8 @@ impl<'a> LandmarkMatcher<'a> {
         orientation: f64,
     ) -> Self {
         let scale = (landmarks.area / suspect.moments.area).sqrt();
-        let radii: Vec<f64> = ladder(LARGER, SMALLER).iter().map(|r| r / scale).collect();
-        let cloud = Cloud::new(suspect, orientation);
+        let radii: Vec<f64> = ladder(LARGEST, LARGER, SMALLER).iter().map(|r| r / scale).collect();
+        let cloud = cloud(suspect, orientation);
         let points = samples(suspect, COUNT);
         let seen = points.par_iter().map(|s| cloud.landmark(s.point, &radii)).collect();
         let looks = scattered(suspect, LOOKS[1], orientation);

@@ -2,7 +2,6 @@
 //! look alike.
 
 pub(crate) mod isotropic;
-pub(crate) mod landmark;
 pub(crate) mod landmarks;
 pub(crate) mod matcher;
 pub(crate) mod orientation;

@@ -22,65 +22,64 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
-use crate::surface::sample::{Sample, samples};
-use crate::surface::shape::Shape;
+use crate::SurfacePoint;
 
 /// Ratio between neighbouring radii of the ladder.
-pub(crate) const RUNG: f64 = 1.16;
+pub const RUNG: f64 = 1.16;
 /// Rungs from one radius of a description to the next.
 const STRIDE: usize = 2;
 /// Balls of a description.
 const BALLS: usize = 4;
 /// Rungs from the first to the last ball of a description.
-pub(crate) const SPAN: usize = STRIDE * (BALLS - 1);
+pub const SPAN: usize = STRIDE * (BALLS - 1);
 /// Features of a ball.
 const FEATURES: usize = 8;
 /// Numbers of a description.
-const NUMBERS: usize = BALLS * FEATURES;
+pub const NUMBERS: usize = BALLS * FEATURES;
 /// The balls whose area gives the frames.
 const FRAME_BALLS: [usize; 2] = [1, 3];
-/// Samples that stand for the surface.
-const SAMPLES: usize = 6_000;
 /// Directions less pronounced than this give no frame: relative difference of two moments, or
 /// distance of the centroid in radii.
 const PRONOUNCED: f64 = 0.06;
 
 /// The numbers that are compared.
-pub(crate) type Features = [f32; NUMBERS];
+pub type Features = [f32; NUMBERS];
 
 /// A landmark as it looks at one rung of the ladder.
 #[derive(Debug, Clone)]
-pub(crate) struct View {
-    pub(crate) features: Features,
+pub struct View {
+    /// What the surface around is like.
+    pub features: Features,
     /// Right-handed frames as columns, z last.
-    pub(crate) frames: Vec<Frame>,
+    pub frames: Vec<Frame>,
 }
 
 /// Axes at a landmark.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Frame {
-    pub(crate) axes: Matrix3<f64>,
+pub struct Frame {
+    /// A rotation matrix: columns x, y and z.
+    pub axes: Matrix3<f64>,
     /// Which rule gave it: frames of one rule correspond.
-    pub(crate) rule: usize,
+    pub rule: usize,
     /// Whether x might as well be -x.
-    pub(crate) two_fold: bool,
+    pub two_fold: bool,
 }
 
 /// A point of a surface and its views, one for each rung from which [`SPAN`] more exist.
 #[derive(Debug, Clone)]
-pub(crate) struct Landmark {
-    pub(crate) point: Point3<f64>,
-    pub(crate) views: Vec<View>,
+pub struct Landmark {
+    /// Where it is.
+    pub point: Point3<f64>,
+    /// One for each rung that has [`SPAN`] more above it, smallest radii first.
+    pub views: Vec<View>,
 }
 
 /// A surface as an even cloud of points with normals.
-pub(crate) struct Cloud {
-    samples: Vec<Sample>,
+pub struct Cloud {
+    samples: Vec<SurfacePoint>,
     tree: Option<ImmutableKdTree<f64, 3>>,
     /// Area that a sample stands for.
     share: f64,
-    /// -1 for a surface whose normals point inwards.
-    orientation: f64,
 }
 
 /// Sums over the samples in a ball, relative to its centre.
@@ -93,16 +92,21 @@ struct Ball {
 }
 
 impl Cloud {
-    pub(crate) fn new(shape: &Shape, orientation: f64) -> Self {
-        let samples: Vec<Sample> =
-            samples(shape, SAMPLES).into_iter().map(|s| s.with_unit_normal()).collect();
+    /// The cloud of `samples` with normals of length 1 (or 0 where there is none), each of which stands for the same part
+    /// of the surface's `area`. All features but the sign of the height stay the same when all normals are turned.
+    pub fn new(samples: Vec<SurfacePoint>, area: f64) -> Self {
         let positions: Vec<[f64; 3]> = samples.iter().map(|s| s.point.coords.into()).collect();
         let tree = ImmutableKdTree::new_from_slice(&positions).ok();
-        Self { tree, share: shape.moments.area / SAMPLES as f64, samples, orientation }
+        Self { tree, share: area / samples.len().max(1) as f64, samples }
+    }
+
+    /// The points that the cloud is made of.
+    pub fn samples(&self) -> &[SurfacePoint] {
+        &self.samples
     }
 
     /// A landmark at `point`, seen with the ladder of `radii`, ascending.
-    pub(crate) fn landmark(&self, point: Point3<f64>, radii: &[f64]) -> Landmark {
+    pub fn landmark(&self, point: Point3<f64>, radii: &[f64]) -> Landmark {
         let balls = self.balls(&point, radii);
         let rungs = radii.len().saturating_sub(SPAN);
         let views = (0..rungs).map(|rung| self.view(&balls[rung..], &radii[rung..])).collect();
@@ -127,7 +131,7 @@ impl Cloud {
                 ball.count += 1.0;
                 ball.first += d;
                 ball.second.syger(1.0, &d, &d, 1.0);
-                ball.normal += sample.normal * self.orientation;
+                ball.normal += sample.normal;
             }
         }
         for ring in 1..balls.len() {
@@ -181,7 +185,7 @@ impl Ball {
             SymmetricEigen::new(self.covariance() / (r * r)).eigenvalues.map(|x| x.max(0.0).sqrt());
         spreads.as_mut_slice().sort_by(|a, b| b.total_cmp(a));
         let normal = self.normal / self.count.max(1.0);
-        let area = ((self.count + 1.0) / (plane + 1.0)).ln();
+        let area = libm::log((self.count + 1.0) / (plane + 1.0));
         let aside = (mean - z * height).norm();
         [area, height, aside, spreads[0], spreads[1], spreads[2], normal.norm(), normal.dot(z)]
             .map(|x| x as f32)
@@ -215,26 +219,26 @@ impl Ball {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Side;
+    use crate::{area, ladder, surface_points};
     use nalgebra::Similarity3;
+    use sombrero_mesh::Soup;
     use sombrero_shapes as shapes;
+
+    fn cloud(soup: &Soup) -> Cloud {
+        let samples = surface_points(&soup.points, &soup.triangles, 6_000);
+        Cloud::new(samples, area(&soup.points, &soup.triangles))
+    }
 
     #[test]
     fn the_same_in_every_pose_and_tessellation() {
-        let (fine, coarse) = (shapes::bumpy_sphere(4000), shapes::bumpy_sphere(2000));
-        let turn = Similarity3::new(Vector3::zeros(), Vector3::new(1.0, -2.0, 0.5), 1.0);
-        let moved: Vec<_> = coarse.points.iter().map(|p| turn * p).collect();
-        let fine = Shape::new(Side::Reference, &fine.points, &fine.triangles).unwrap();
-        let coarse = Shape::new(Side::Suspect, &moved, &coarse.triangles).unwrap();
-        let scale = fine.diagonal / coarse.diagonal;
-        let (here, there) = (Cloud::new(&fine, 1.0), Cloud::new(&coarse, 1.0));
-        let radii: Vec<f64> = (0..=SPAN as i32).map(|k| 0.07 * RUNG.powi(k)).collect();
-        let other_radii: Vec<f64> = radii.iter().map(|r| r / scale).collect();
-        for sample in samples(&fine, 40) {
-            let model = fine.centre.coords + sample.point.coords * fine.diagonal;
-            let place = (turn * Point3::from(model) - coarse.centre) / coarse.diagonal;
-            let a = here.landmark(sample.point, &radii);
-            let b = there.landmark(Point3::from(place), &other_radii);
+        let (fine, mut coarse) = (shapes::bumpy_sphere(4000), shapes::bumpy_sphere(2000));
+        let turn = Similarity3::new(Vector3::new(3.0, 0.0, 9.0), Vector3::new(1.0, -2.0, 0.5), 2.0);
+        coarse.points.iter_mut().for_each(|p| *p = turn * *p);
+        let (here, there) = (cloud(&fine), cloud(&coarse));
+        let largest = 0.3;
+        for sample in surface_points(&fine.points, &fine.triangles, 40) {
+            let a = here.landmark(sample.point, &ladder(largest, 0, 0));
+            let b = there.landmark(turn * sample.point, &ladder(2.0 * largest, 0, 0));
             let worst = a.views[0].features.iter().zip(b.views[0].features).map(|(x, y)| (x - y).abs());
             assert!(worst.fold(0.0, f32::max) < 0.12);
             for frame in a.views[0].frames.iter().chain(&b.views[0].frames) {
@@ -245,11 +249,10 @@ mod tests {
 
     #[test]
     fn nothing_around_is_no_trouble() {
-        let soup = shapes::cube();
-        let shape = Shape::new(Side::Reference, &soup.points, &soup.triangles).unwrap();
-        let radii: Vec<f64> = (0..=SPAN as i32).map(|k| 0.07 * RUNG.powi(k)).collect();
-        let landmark = Cloud::new(&shape, 1.0).landmark(Point3::new(9.0, 9.0, 9.0), &radii);
-        assert!(landmark.views[0].features.iter().all(|x| x.is_finite()));
-        assert!(landmark.views[0].frames.is_empty());
+        for cloud in [cloud(&shapes::cube()), Cloud::new(Vec::new(), 0.0)] {
+            let landmark = cloud.landmark(Point3::new(9.0, 9.0, 9.0), &ladder(0.17, 0, 0));
+            assert!(landmark.views[0].features.iter().all(|x| x.is_finite()));
+            assert!(landmark.views[0].frames.is_empty());
+        }
     }
 }

@@ -1,0 +1,195 @@
+//! From a question to candidates, in three rounds: votes, pairs, surfaces.
+
+use std::collections::HashSet;
+
+use nalgebra::{Similarity3, Translation3};
+use rayon::prelude::*;
+
+use crate::candidate::Candidate;
+use crate::describe::Described;
+use crate::entry::Entry;
+use crate::error::CatalogueError;
+use crate::matching::{Fit, fits};
+use crate::portrait::Likeness;
+use crate::question::{Asked, Question};
+use crate::segment::Segment;
+use crate::settle::{Settled, settle};
+use crate::vote::{Ballot, Voted};
+
+/// Pieces whose landmarks are compared one by one, for each piece of the suspect: as many when the suspect has one, when it has several.
+const COMPARED: [usize; 2] = [240, 100];
+/// Fits that are laid on the suspect's surface, likewise.
+const SETTLED: [usize; 2] = [48, 24];
+/// The least and largest distance at which a landmark still lies on the suspect, and that distance as a multiple of the best
+/// candidate's lower quartile.
+const REACH: (f64, f64) = (0.004, 0.03);
+const QUARTILES: f64 = 4.0;
+/// What a mirror image is worth: where both fit, the model as it is comes first.
+const MIRRORED: f64 = 0.95;
+/// The best candidate of a part comes before the others of another when its score is at least this multiple of the best one's.
+const STRONG: f64 = 0.6;
+
+/// How to search.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SearchOptions {
+    /// Candidates that are wanted at most.
+    pub top: usize,
+}
+
+impl Default for SearchOptions {
+    fn default() -> Self {
+        Self { top: 10 }
+    }
+}
+
+impl SearchOptions {
+    /// With other numbers of candidates.
+    #[must_use]
+    pub fn top(self, top: usize) -> Self {
+        Self { top }
+    }
+}
+
+/// A piece that was read, and one way in which it fits.
+#[derive(Clone)]
+struct Compared {
+    hash: u64,
+    number: u16,
+    entry: Entry,
+    likeness: Likeness,
+    fit: Fit,
+}
+
+pub(crate) fn search(
+    segments: &[Segment],
+    question: &Question,
+    options: &SearchOptions,
+) -> Result<Vec<Candidate>, CatalogueError> {
+    let several = usize::from(question.pieces.len() > 1);
+    let ask = |asked: &Asked| -> Result<Vec<(Compared, Settled)>, CatalogueError> {
+        let voted = voted(segments, &asked.described, COMPARED[several])?;
+        let mut compared = compared(segments, &asked.described, &voted)?;
+        compared.sort_by(|a, b| {
+            b.fit.score.total_cmp(&a.fit.score).then((a.hash, a.number, a.fit.mirrored).cmp(&(
+                b.hash,
+                b.number,
+                b.fit.mirrored,
+            )))
+        });
+        compared.truncate(SETTLED[several]);
+        let settled = |c: Compared| {
+            let settled = settle(&asked.surface, &asked.normals, &c.likeness, &c.fit);
+            (c, settled)
+        };
+        Ok(compared.into_par_iter().map(settled).collect())
+    };
+    let found: Vec<Vec<(Compared, Settled)>> =
+        question.pieces.par_iter().map(ask).collect::<Result<_, _>>()?;
+    let of_piece = |(number, found): (usize, Vec<(Compared, Settled)>)| {
+        candidates(number, &question.pieces[number].described, found)
+    };
+    let lists = found.into_iter().enumerate().map(of_piece).collect();
+    Ok(in_order(lists, options.top))
+}
+
+/// The pieces of all segments with most votes, best first, with the segment of each.
+fn voted(
+    segments: &[Segment],
+    asked: &Described,
+    most: usize,
+) -> Result<Vec<(Voted, usize)>, CatalogueError> {
+    let ballot = Ballot::new(asked);
+    let count = |(index, segment): (usize, &Segment)| {
+        let found = ballot.count(&segment.lists, |entry| segment.alive(entry), most);
+        let found = found.map_err(CatalogueError::io(&segment.path))?;
+        Ok::<_, CatalogueError>(found.into_iter().map(|voted| (voted, index)).collect::<Vec<_>>())
+    };
+    let found: Vec<Vec<(Voted, usize)>> =
+        segments.par_iter().enumerate().map(count).collect::<Result<_, _>>()?;
+    let mut found = found.concat();
+    found.sort_unstable();
+    found.truncate(most);
+    Ok(found)
+}
+
+/// Those whose landmarks lie as the suspect's.
+fn compared(
+    segments: &[Segment],
+    asked: &Described,
+    voted: &[(Voted, usize)],
+) -> Result<Vec<Compared>, CatalogueError> {
+    let compare = |(voted, index): &(Voted, usize)| {
+        let segment = &segments[*index];
+        let of = segment.lists.head.pieces[voted.piece as usize];
+        let (entry, mut portrait) = segment.read(of.entry)?;
+        if usize::from(of.number) >= portrait.pieces.len() {
+            return Ok(Vec::new());
+        }
+        let likeness = portrait.pieces.swap_remove(usize::from(of.number));
+        let with = |fit: Fit| Compared {
+            hash: voted.hash,
+            number: voted.number,
+            entry: entry.clone(),
+            likeness: likeness.clone(),
+            fit,
+        };
+        Ok(fits(asked, &likeness, voted.rung).into_iter().map(with).collect())
+    };
+    let found: Vec<Vec<Compared>> = voted.par_iter().map(compare).collect::<Result<_, CatalogueError>>()?;
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// What one piece of the suspect brings, best first.
+fn candidates(number: usize, asked: &Described, found: Vec<(Compared, Settled)>) -> Vec<Candidate> {
+    let best = found.iter().map(|(_, settled)| settled.quartile()).fold(f64::INFINITY, f64::min);
+    let reach = (QUARTILES * best).clamp(REACH.0, REACH.1);
+    let candidate = |(compared, settled): (Compared, Settled)| {
+        let worth = if compared.fit.mirrored { MIRRORED } else { 1.0 };
+        Candidate {
+            score: settled.score(reach) * worth,
+            part: number.checked_sub(1),
+            pose: in_model_units(asked, &compared.likeness, &settled.pose, compared.fit.mirrored),
+            mirrored: compared.fit.mirrored,
+            entry: compared.entry,
+        }
+    };
+    let mut found: Vec<Candidate> = found.into_iter().map(candidate).collect();
+    found.sort_by(better);
+    found
+}
+
+fn better(a: &Candidate, b: &Candidate) -> std::cmp::Ordering {
+    b.score.total_cmp(&a.score).then_with(|| a.entry.cmp(&b.entry)).then(a.part.cmp(&b.part))
+}
+
+/// One list of all, each entry once: first the best of each part, as far as it is strong, then by score.
+fn in_order(lists: Vec<Vec<Candidate>>, top: usize) -> Vec<Candidate> {
+    let heads: Vec<Candidate> = lists.iter().filter_map(|list| list.first()).cloned().collect();
+    let strong = STRONG * heads.iter().map(|c| c.score).fold(0.0, f64::max);
+    let mut all: Vec<(bool, Candidate)> = heads.into_iter().map(|c| (c.score < strong, c)).collect();
+    all.extend(lists.into_iter().flatten().map(|c| (true, c)));
+    all.sort_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
+    let mut known = HashSet::new();
+    all.retain(|(_, c)| known.insert(c.entry.name.clone()));
+    all.truncate(top);
+    all.into_iter().map(|(_, c)| c).collect()
+}
+
+/// q' = (q - c_q) / s_q and p' = M (p - c_p) / s_p with q' = σ R p' + t, so q = σ (s_q / s_p) R M (p - c_p) + s_q t + c_q.
+fn in_model_units(
+    asked: &Described,
+    likeness: &Likeness,
+    pose: &Similarity3<f64>,
+    mirrored: bool,
+) -> Similarity3<f64> {
+    let rotation = pose.isometry.rotation;
+    let scale = pose.scaling() * asked.size / likeness.size;
+    let mut centre = likeness.centroid.coords;
+    if mirrored {
+        centre.x = -centre.x;
+    }
+    let shift =
+        asked.centroid.coords + pose.isometry.translation.vector * asked.size - rotation * centre * scale;
+    Similarity3::from_parts(Translation3::from(shift), rotation, scale)
+}
