@@ -7,8 +7,8 @@ mod upkeep;
 
 use clap::{Parser, Subcommand};
 use experiments::{
-    alignment, benchmark, calibrate, collusion, figures, forgery, ordeal, peers, presets, removal, roc,
-    scaling, tables, visibility,
+    alignment, benchmark, calibrate, catalogue, collusion, figures, forgery, ordeal, peers, presets, removal,
+    roc, scaling, tables, visibility,
 };
 use std::path::PathBuf;
 use upkeep::{ci, hostile, models, package, tidy};
@@ -32,6 +32,8 @@ enum Verb {
     Benchmark(benchmark::Benchmark),
     /// Compare the false-positive rate that detection promises with the one that it has.
     Calibrate(calibrate::Calibrate),
+    /// Build a catalogue of many models, attack them, and see how often the right one is found.
+    Catalogue(catalogue::CatalogueArgs),
     /// Time our stages beside other libraries, as far as these are installed, and whole jobs.
     BenchPeers(peers::Peers),
     /// What CI runs: formatting, lints, tests, documentation, the main command, the recorded tables.
@@ -77,6 +79,7 @@ fn main() -> anyhow::Result<()> {
         Verb::BenchPeers(args) => peers::run(&args, &folder),
         Verb::Benchmark(args) => benchmark::run(&args, &folder),
         Verb::Calibrate(args) => calibrate::run(&args, &folder),
+        Verb::Catalogue(args) => catalogue::run(&args),
         Verb::Ci => ci::run(&folder),
         Verb::Figures(args) => figures::run(&args, &folder),
         Verb::Collusion(args) => collusion::run(&args, &folder),

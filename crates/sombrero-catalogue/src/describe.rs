@@ -5,13 +5,14 @@ use sombrero_landmarks::{Cloud, SurfacePoint, ladder, surface_points};
 
 use crate::features::{Looks, looks, unusual};
 use crate::pieces::Piece;
+use crate::rim::Rim;
 
 /// Largest radius of a description, relative to the root of the piece's area.
-const LARGEST: f64 = 0.17;
+const LARGEST: f64 = 0.1;
 /// Points that stand for the surface.
-const SAMPLES: usize = 6_000;
-/// Places that are looked at for each landmark that is chosen.
-const CHOICE: usize = 4;
+const SAMPLES: usize = 9_000;
+/// Places among which landmarks are chosen: every so many of the points.
+const STRIDE: usize = 14;
 /// Least distance between landmarks, relative to that of as many points on a square grid over the whole surface.
 const SPACING: f64 = 0.5;
 /// Mean of the cosines between normals and the directions from the centroid beyond which normals have a side.
@@ -46,8 +47,7 @@ pub(crate) fn described(piece: &Piece, count: usize, more: usize) -> Described {
     if outwards(&points) < -CLEAR {
         points.iter_mut().for_each(|s| s.normal = -s.normal);
     }
-    let step = (points.len() / (CHOICE * count).max(1)).max(1);
-    let places: Vec<SurfacePoint> = points.iter().step_by(step).copied().collect();
+    let places: Vec<SurfacePoint> = points.iter().step_by(STRIDE).copied().collect();
     let cloud = Cloud::new(points, 1.0);
     let seen = |place: &SurfacePoint, more: usize| -> Vec<Looks> {
         let landmark = cloud.landmark(place.point, &ladder(LARGEST, more, more));
@@ -57,7 +57,11 @@ pub(crate) fn described(piece: &Piece, count: usize, more: usize) -> Described {
         let looks = seen(&place, more);
         Landmark { point: place.point, normal: place.normal, looks }
     };
-    let strange = |place: &SurfacePoint| seen(place, 0).first().map_or(0, unusual);
+    let rim = Rim::new(piece, &centroid);
+    let strange = |place: &SurfacePoint| match seen(place, 0).first() {
+        Some(looks) if !rim.is_near(&place.point) => unusual(looks),
+        _ => 0,
+    };
     let chosen = chosen(places, count, strange);
     Described { centroid, size: piece.size, landmarks: chosen.into_iter().map(landmark).collect() }
 }

@@ -20,6 +20,8 @@ use crate::bytes::Bytes;
 pub(crate) const NUMBERS: usize = 16;
 const HALF: usize = NUMBERS / 2;
 const CENTROIDS: usize = 256;
+/// A sixteenth of twice the mean squared distance from the mean.
+const TELLING: u32 = 300;
 /// Cells of a catalogue.
 pub(crate) const CELLS: usize = CENTROIDS * CENTROIDS;
 
@@ -61,6 +63,11 @@ pub(crate) fn apart(a: &[i8], b: &[i8]) -> u32 {
 /// How far a landmark looks from the usual: a plane, and what is most like it.
 pub(crate) fn unusual(looks: &Looks) -> u32 {
     apart(looks, &[0; NUMBERS])
+}
+
+/// How much it tells that something looks so, from 1 for what is everywhere to 16.
+pub(crate) fn telling(looks: &Looks) -> u32 {
+    (unusual(looks) / TELLING).clamp(1, 16)
 }
 
 /// The cell that looks lie in.

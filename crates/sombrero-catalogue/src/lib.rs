@@ -17,6 +17,7 @@ mod pieces;
 mod portrait;
 mod positioned;
 mod question;
+mod rim;
 mod search;
 mod segment;
 mod settle;

@@ -98,7 +98,7 @@ impl Lists {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(CatalogueError::io(path)(e)),
         };
-        Ok(Self::read(file).map_err(CatalogueError::io(path))?)
+        Self::read(file).map_err(CatalogueError::io(path))
     }
 
     fn read(file: File) -> std::io::Result<Option<Self>> {

@@ -5,7 +5,7 @@ use sombrero_landmarks::RUNG;
 use sombrero_registration::similarity_of_pairs;
 
 use crate::describe::Described;
-use crate::features::apart;
+use crate::features::{apart, telling};
 use crate::portrait::Likeness;
 use crate::question::MORE;
 
@@ -46,6 +46,9 @@ struct Match {
     scale: f64,
     weight: f64,
 }
+
+/// A point of the likeness and its place on the suspect.
+type Pair = (Point3<f64>, Point3<f64>);
 
 /// The best ways to lay the likeness and its mirror image on the suspect, at about the ratio of sizes that `rung` stands for.
 pub(crate) fn fits(asked: &Described, likeness: &Likeness, rung: usize) -> Vec<Fit> {
@@ -100,7 +103,8 @@ fn matches(asked: &Described, likeness: &Likeness, rung: usize) -> Vec<Match> {
             p: likeness.marks[j].point(),
             n: likeness.marks[j].normal(),
             scale: RUNG.powi(rung as i32 - MORE as i32),
-            weight: 1.0 - f64::from(distance) / f64::from(ALIKE),
+            weight: (1.0 - f64::from(distance) / f64::from(ALIKE))
+                * f64::from(telling(&likeness.marks[j].looks)),
         }));
     }
     found.sort_by(|a, b| b.weight.total_cmp(&a.weight));
@@ -161,7 +165,7 @@ fn counted(
     asked: &Described,
     pose: &Similarity3<f64>,
     mirrored: bool,
-) -> (f64, Vec<(Point3<f64>, Point3<f64>)>) {
+) -> (f64, Vec<Pair>) {
     let flip = |v: Vector3<f64>| if mirrored { Vector3::new(-v.x, v.y, v.z) } else { v };
     let mut weights = vec![0.0f64; asked.landmarks.len()];
     let mut pairs = Vec::new();

@@ -47,7 +47,7 @@ impl Piece {
 pub(crate) fn pieces(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Vec<Piece>, ShapeError> {
     check(points, triangles)?;
     let (points, triangles) = joined(points, triangles);
-    if !(area(&points, &triangles) > 0.0) {
+    if area(&points, &triangles) <= 0.0 {
         return Err(ShapeError::NoArea);
     }
     let links = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c]]);

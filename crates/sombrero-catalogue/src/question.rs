@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
+use sombrero_mesh::Soup;
 use sombrero_spatial::Surface;
 
 use crate::describe::{Described, described};
@@ -10,9 +11,9 @@ use crate::pieces::{Piece, pieces};
 use crate::settle::face_normals;
 
 /// Landmarks of a piece.
-const COUNT: usize = 100;
-/// Rungs of the ladder above and below that of equal areas: sizes may differ by a factor of 1.16^4 = 1.81 either way.
-pub(crate) const MORE: usize = 4;
+const COUNT: usize = 140;
+/// Rungs of the ladder above and below that of equal areas: sizes may differ by a factor of 1.16^3 = 1.56 either way.
+pub(crate) const MORE: usize = 3;
 
 /// A suspect's landmarks, described once for any number of catalogues. The whole asks on its own, and each part that hangs
 /// together as well.
@@ -53,9 +54,9 @@ impl Question {
         self.pieces.len() - 1
     }
 
-    /// Points and triangles of a part, by [`Candidate::part`](crate::Candidate::part): largest first.
-    pub fn part(&self, index: usize) -> Option<(&[Point3<f64>], &[[u32; 3]])> {
+    /// A part of the suspect by its number in [`Candidate::part`](crate::Candidate::part): largest first.
+    pub fn part(&self, index: usize) -> Option<Soup> {
         let piece = &self.pieces.get(index.checked_add(1)?)?.piece;
-        Some((&piece.points[..], &piece.triangles[..]))
+        Some(Soup::new(piece.points.clone(), piece.triangles.clone()))
     }
 }

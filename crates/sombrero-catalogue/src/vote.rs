@@ -1,7 +1,7 @@
 //! The first round: which pieces of a catalogue have landmarks that look like those of the suspect, at one ratio of sizes.
 //!
 //! Each landmark of the suspect, at each rung of the ladder, gives to every piece with a landmark in one of the nearest cells a
-//! vote, weighed by how many bits of the signatures agree; of several votes of one landmark for the same piece and rung the
+//! vote, weighed by how unusual it looks and by how many bits of the signatures agree; of several votes of one landmark for the same piece and rung the
 //! best one counts. Whatever was made from a model has its landmarks at one ratio of sizes, so votes of neighbouring rungs
 //! are added up and the best sum counts (weak geometric consistency: Jégou, Douze and Schmid 2008).
 
@@ -9,7 +9,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use crate::describe::Described;
-use crate::features::{cells_near, signature};
+use crate::features::{cells_near, signature, telling};
 use crate::lists::Lists;
 use crate::question::MORE;
 
@@ -38,6 +38,8 @@ struct Probe {
     cell: u16,
     signature: u16,
     rung: usize,
+    /// What a vote is multiplied with.
+    weight: u16,
 }
 
 /// What a piece asks of every segment.
@@ -51,8 +53,11 @@ pub(crate) struct Ballot {
 impl Ballot {
     pub(crate) fn new(asked: &Described) -> Self {
         let probe = |rung: usize, looks: &_| {
+            let weight = telling(looks) as u16;
             let cells = cells_near(looks, PROBES).into_iter();
-            cells.map(|cell| Probe { cell, signature: signature(looks, cell), rung }).collect::<Vec<_>>()
+            cells
+                .map(|cell| Probe { cell, signature: signature(looks, cell), rung, weight })
+                .collect::<Vec<_>>()
         };
         let of_landmark = |looks: &Vec<_>| looks.iter().enumerate().flat_map(|(r, l)| probe(r, l)).collect();
         let probes: Vec<Vec<Probe>> = asked.landmarks.iter().map(|l| of_landmark(&l.looks)).collect();
@@ -88,7 +93,7 @@ impl Ballot {
                     if *best == 0 {
                         touched.push(piece * RUNGS + probe.rung);
                     }
-                    *best = (*best).max(vote);
+                    *best = (*best).max(vote * probe.weight);
                 }
             }
             for slot in touched.drain(..) {

@@ -91,7 +91,7 @@ fn each_of_a_scene_is_named_with_its_part() {
     let found = editor.catalogue().unwrap().search(&question, &SearchOptions::default().top(2)).unwrap();
     let mut named: Vec<(&str, usize)> = found
         .iter()
-        .map(|c| (c.entry.name.as_str(), question.part(c.part.unwrap()).unwrap().1.len()))
+        .map(|c| (c.entry.name.as_str(), question.part(c.part.unwrap()).unwrap().triangles.len()))
         .collect();
     named.sort_unstable();
     assert_eq!(named, [("model 0", shapes::part(5).triangles.len()), ("model 1", bust.triangles.len())]);

@@ -5,6 +5,7 @@ pub(crate) mod alignment;
 pub(crate) mod benchmark;
 pub(crate) mod calibrate;
 mod case;
+pub(crate) mod catalogue;
 pub(crate) mod collusion;
 pub(crate) mod figures;
 pub(crate) mod forgery;

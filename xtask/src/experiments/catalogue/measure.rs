@@ -1,6 +1,7 @@
 //! A catalogue is built, suspects are made, and it is asked.
 
 use super::families::{is_kit, original};
+use super::jitter::shaken;
 use super::queries::{Class, named};
 use anyhow::Context;
 use rayon::prelude::*;
@@ -44,20 +45,30 @@ impl Original {
     }
 }
 
-/// Adds all originals; seconds.
-pub(crate) fn build(folder: &Path, originals: &[Original]) -> anyhow::Result<f64> {
+/// Adds all originals, each `jitter` times more with its landmarks shaken; seconds.
+pub(crate) fn build(folder: &Path, originals: &[Original], jitter: u64) -> anyhow::Result<f64> {
     let start = Instant::now();
     let mut editor = Editor::create(folder)?;
     for chunk in originals.chunks(128) {
         let described = chunk.par_iter().map(|original| {
             let soup = original.soup();
             let portrait = Portrait::of(&soup.points, &soup.triangles).context(original.name.clone())?;
-            let entry = Entry { name: original.name.clone(), digest: [0; 32], place: String::new(), note: String::new() };
-            Ok((entry, portrait))
+            Ok((original.name.clone(), portrait))
         });
-        editor.add(described.collect::<anyhow::Result<_>>()?)?;
+        let described: Vec<(String, Portrait)> = described.collect::<anyhow::Result<_>>()?;
+        for copy in 1..=jitter {
+            let shaken = described.iter().zip(0..).map(|((name, portrait), k)| {
+                (entry(format!("{name}, shaken {copy}")), shaken(portrait, copy << 32 | k))
+            });
+            editor.add(shaken.collect())?;
+        }
+        editor.add(described.into_iter().map(|(name, portrait)| (entry(name), portrait)).collect())?;
     }
     Ok(start.elapsed().as_secs_f64())
+}
+
+fn entry(name: String) -> Entry {
+    Entry { name, digest: [0; 32], place: String::new(), note: String::new() }
 }
 
 /// One question and its answer.
@@ -76,13 +87,19 @@ pub(crate) struct Asked {
 }
 
 /// Asks `count` questions of each class, about originals spread over all.
-pub(crate) fn ask(catalogue: &Catalogue, originals: &[Original], count: usize, classes: &[Class]) -> Vec<Asked> {
+pub(crate) fn ask(
+    catalogue: &Catalogue,
+    originals: &[Original],
+    count: usize,
+    classes: &[Class],
+) -> Vec<Asked> {
     let mut questions = Vec::new();
     for &class in classes {
         let fit: Vec<&Original> = originals.iter().filter(|original| original.suits(class)).collect();
         let count = count.min(fit.len());
         // A stride that is prime to ten reaches all members of families.
-        questions.extend((0..count).map(|k| (class, fit[(k * fit.len() / count + 7 * k) % fit.len()], k as u64)));
+        questions
+            .extend((0..count).map(|k| (class, fit[(k * fit.len() / count + 7 * k) % fit.len()], k as u64)));
     }
     let ask = |(class, original, seed): &(Class, &Original, u64)| {
         let suspect = named(*class, &original.soup(), *seed).ok()?;

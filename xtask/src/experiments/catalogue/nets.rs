@@ -17,13 +17,13 @@ pub(crate) fn surface(cells: usize, inside: impl Fn(&Point3<f64>) -> f64) -> Sou
     let values: Vec<f64> = (0..n * n * n).map(|i| inside(&place(corners(i)))).collect();
     let mut points = Vec::new();
     let mut vertex = vec![u32::MAX; values.len()];
-    for i in 0..values.len() {
+    for (i, vertex) in vertex.iter_mut().enumerate() {
         let corner = corners(i);
-        if corner.iter().any(|x| *x == cells) {
+        if corner.contains(&cells) {
             continue;
         }
         if let Some(p) = crossing(corner, |c| values[at(c)], place) {
-            vertex[i] = points.len() as u32;
+            *vertex = points.len() as u32;
             points.push(p);
         }
     }

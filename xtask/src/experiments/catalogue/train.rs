@@ -16,8 +16,8 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sombrero::attacks::{apply_all, parse_list};
 use sombrero::mesh::Soup;
+use sombrero::spatial::Surface;
 use sombrero_landmarks::{Cloud, NUMBERS, RUNG, SurfacePoint, area, ladder, surface_points};
-use sombrero_spatial::Surface;
 use std::path::Path;
 
 /// Numbers that are kept, in two halves.
@@ -28,9 +28,9 @@ const CENTROIDS: usize = 256;
 /// How a standard deviation of what attacks do is written, in units of the last bit.
 const UNIT: f64 = 4.0;
 /// Largest radius of a description, relative to the root of the area: that of `sombrero-catalogue`.
-const LARGEST: f64 = 0.17;
+const LARGEST: f64 = 0.1;
 /// Originals, attacked ones of each, landmarks of each.
-const SHAPES: u64 = 240;
+const SHAPES: u64 = 160;
 const LANDMARKS: usize = 150;
 const ATTACKS: [&str; 5] = [
     "simplify:ratio=0.05",
@@ -50,9 +50,15 @@ pub(crate) fn run(out: &Path) -> anyhow::Result<()> {
     let projection = discriminant(&pairs, &mean);
     let looks: Vec<[i8; KEPT]> = pairs.iter().map(|p| looks(&projection, &mean, &p.0)).collect();
     let mut bytes: Vec<u8> = mean.iter().flat_map(|x| (*x as f32).to_le_bytes()).collect();
-    bytes.extend(projection.row_iter().flat_map(|row| row.iter().copied().collect::<Vec<f64>>()).flat_map(|x| (x as f32).to_le_bytes()));
+    bytes.extend(
+        projection
+            .row_iter()
+            .flat_map(|row| row.iter().copied().collect::<Vec<f64>>())
+            .flat_map(|x| (x as f32).to_le_bytes()),
+    );
     for half in 0..2 {
-        let points: Vec<[f32; HALF]> = looks.iter().map(|l| std::array::from_fn(|k| f32::from(l[half * HALF + k]))).collect();
+        let points: Vec<[f32; HALF]> =
+            looks.iter().map(|l| std::array::from_fn(|k| f32::from(l[half * HALF + k]))).collect();
         bytes.extend(lloyd(&points).into_iter().flatten().map(|x| x.round() as i8 as u8));
     }
     Ok(std::fs::write(out, bytes)?)
@@ -64,35 +70,37 @@ fn pairs(number: u64) -> Vec<Pair> {
     let mut rng = ChaCha8Rng::seed_from_u64(number);
     let Some(before) = described(&soup) else { return Vec::new() };
     let attack = ATTACKS[number as usize % ATTACKS.len()];
-    let attacked = parse_list(attack).map_err(anyhow::Error::from).and_then(|a| Ok(apply_all(&a, &soup, &mut rng)?.soup));
-    let Some((after, attacked)) = attacked.ok().and_then(|soup| Some((described(&soup)?, soup))) else { return Vec::new() };
+    let attacked = parse_list(attack)
+        .map_err(anyhow::Error::from)
+        .and_then(|a| Ok(apply_all(&a, &soup, &mut rng)?.soup));
+    let Some((after, attacked)) = attacked.ok().and_then(|soup| Some((described(&soup)?, soup))) else {
+        return Vec::new();
+    };
     let surface = Surface::new(&attacked.points, &attacked.triangles);
     let step = before.0.samples().len() / LANDMARKS;
     let mut found = Vec::new();
     for sample in before.0.samples().iter().step_by(step) {
         // The ladder is as coarse as it is: the suspect's radii differ by up to half a rung, and its places a little.
-        let radius = LARGEST * before.1 * libm_pow(rng.random_range(-0.5..0.5));
-        let shift = nalgebra::Vector3::from_fn(|_, _| rng.random_range(-0.01..0.01) * before.1);
+        let radius = LARGEST * before.1 * RUNG.powf(rng.random_range(-0.5..0.5));
+        let shift = nalgebra::Vector3::from_fn(|_, _| rng.random_range(-0.015..0.015) * before.1);
         let Some(place) = surface.closest(&Point3::from(sample.point + shift)) else { continue };
         if place.distance() > 0.04 * before.1 {
             continue;
         }
         let a = before.0.landmark(sample.point, &ladder(LARGEST * before.1, 0, 0));
         let b = after.0.landmark(place.point, &ladder(radius, 0, 0));
-        let vector = |l: &sombrero_landmarks::Landmark| DVector::from_iterator(NUMBERS, l.views[0].features.iter().map(|x| f64::from(*x)));
+        let vector = |l: &sombrero_landmarks::Landmark| {
+            DVector::from_iterator(NUMBERS, l.views[0].features.iter().map(|x| f64::from(*x)))
+        };
         found.push((vector(&a), vector(&b)));
     }
     found
 }
 
-fn libm_pow(rungs: f64) -> f64 {
-    RUNG.powf(rungs)
-}
-
 /// The cloud of a surface, and the root of its area.
 fn described(soup: &Soup) -> Option<(Cloud, f64)> {
     let area = area(&soup.points, &soup.triangles);
-    let points: Vec<SurfacePoint> = surface_points(&soup.points, &soup.triangles, 6_000);
+    let points: Vec<SurfacePoint> = surface_points(&soup.points, &soup.triangles, 9_000);
     (points.len() > LANDMARKS).then(|| (Cloud::new(points, area), area.sqrt()))
 }
 
@@ -112,10 +120,10 @@ fn discriminant(pairs: &[Pair], mean: &DVector<f64>) -> DMatrix<f64> {
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     println!("ratios {:.1?}", order.iter().map(|k| eigen.eigenvalues[*k]).collect::<Vec<_>>());
     let mut rows = DMatrix::zeros(KEPT, NUMBERS);
-    for k in 0..KEPT {
+    for (k, column) in order.iter().enumerate().take(KEPT) {
         // The strongest ones go to the halves in turns.
         let row = (k % 2) * HALF + k / 2;
-        rows.set_row(row, &((inverse.transpose() * eigen.eigenvectors.column(order[k])).transpose() * UNIT));
+        rows.set_row(row, &((inverse.transpose() * eigen.eigenvectors.column(*column)).transpose() * UNIT));
     }
     rows
 }
@@ -127,7 +135,8 @@ fn looks(projection: &DMatrix<f64>, mean: &DVector<f64>, features: &DVector<f64>
 
 /// Centroids of the points.
 fn lloyd(points: &[[f32; HALF]]) -> Vec<[f32; HALF]> {
-    let mut centroids: Vec<[f32; HALF]> = (0..CENTROIDS).map(|k| points[k * points.len() / CENTROIDS]).collect();
+    let mut centroids: Vec<[f32; HALF]> =
+        (0..CENTROIDS).map(|k| points[k * points.len() / CENTROIDS]).collect();
     for _ in 0..30 {
         let nearest: Vec<usize> = points.par_iter().map(|p| nearest(&centroids, p)).collect();
         let mut sums = vec![([0.0f64; HALF], 0usize); CENTROIDS];

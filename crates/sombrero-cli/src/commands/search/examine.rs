@@ -7,7 +7,6 @@
 use crate::catalogue::{KeptKey, Originals};
 use crate::failure::Failure;
 use sombrero::io::{Document, Format, encode};
-use sombrero::mesh::Soup;
 use sombrero::search::{Outline, SearchOptions};
 use sombrero::{DetectOptions, Tracer};
 use sombrero_catalogue::{Candidate, Question};
@@ -129,8 +128,7 @@ fn test(
 ) -> Result<Found, Failure> {
     let original = originals.document(&candidate.entry)?;
     let part = candidate.part.and_then(|part| question.part(part));
-    let Some((points, triangles)) = part else { return traced(&original, suspect, keys, options) };
-    let part = Soup::new(points.to_vec(), triangles.to_vec());
+    let Some(part) = part else { return traced(&original, suspect, keys, options) };
     let unreadable =
         |e: &dyn std::fmt::Display| Failure::new("suspect", format!("a part of the suspect: {e}"));
     let bytes = encode(Format::PlyBinaryLittleEndian, &part).map_err(|e| unreadable(&e))?;
