@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod assemblies;
+mod catalogues;
 mod clearances;
 mod cli;
 mod determinism;

@@ -130,7 +130,11 @@ fn the_readmes_commands_print_what_they_show() {
         let vase = encode(Format::Obj, &shapes::bust(24)).unwrap();
         std::fs::write(inputs.path().join("vase.obj"), vase).unwrap();
         std::fs::write(inputs.path().join("buyers.csv"), BUYERS).unwrap();
-        run(&[page], inputs.path(), &[("SOMBRERO_SECRET", SECRET)]);
+        run(
+            &[page],
+            inputs.path(),
+            &[("SOMBRERO_SECRET", SECRET), ("SOMBRERO_PASSPHRASE", "six words drawn by lot")],
+        );
     }
 }
 

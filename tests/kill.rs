@@ -230,3 +230,44 @@ fn commit_to_one_key_writes_request_and_statement_or_nothing() {
         assert!(victim.visible() == whole);
     }
 }
+
+/// What was reported as added is there, is kept, and comes back to the byte.
+#[test]
+fn a_catalogue_opens_and_holds_what_was_reported() {
+    let mut victim = Victim::new(7);
+    std::fs::create_dir(victim.workshop.path("in")).unwrap();
+    for number in 0..6_usize {
+        // A sphere has 10 k^2 + 2 vertices.
+        let soup = shapes::bumpy_sphere(10 * (5 + number).pow(2) + 2);
+        let file = format!("in/{number}.ply");
+        victim.workshop.write(file, encode(Format::PlyBinaryLittleEndian, &soup).unwrap());
+    }
+    // The key pair of age's own tests.
+    let public = "age1t7rxyev2z3rw82stdlrrepyc39nvn86l5078zqkf5uasdy86jp6svpy7pa";
+    let secret = "AGE-SECRET-KEY-1GQ9778VQXMMJVE8SK7J6VT8UJ4HDQAJUVSFCWCM02D8GEWQ72PVQ2Y5J33";
+    victim.workshop.write("identity", secret);
+    let line = format!("catalogue add models in --keep --encrypt-to {public} --json");
+    let seconds = victim.completed(&line);
+    for _ in 0..victim.kills {
+        let _ = std::fs::remove_dir_all(victim.workshop.path("models"));
+        let mut command = victim.workshop.command(line.split_whitespace());
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(Duration::from_secs_f64(victim.rng.random_range(0.0..1.1 * seconds)));
+        child.kill().unwrap();
+        let said = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
+        // The last line may be cut.
+        let whole = said.split_inclusive('\n').filter(|line| line.ends_with('\n'));
+        let reported: Vec<serde_json::Value> =
+            whole.map(|line| serde_json::from_str(line).unwrap()).collect();
+        for name in reported.iter().filter_map(|added| added["original"].as_str()) {
+            let export = format!("catalogue export models {name} -o back.ply --identity identity --force -q");
+            victim.completed(&export);
+            assert!(victim.workshop.read("back.ply") == victim.workshop.read(format!("in/{name}")), "{name}");
+        }
+        // The next run completes.
+        victim.completed(&line);
+        let list = victim.workshop.line("catalogue list models --json").json();
+        let originals = list["originals"].as_array().unwrap();
+        assert!(originals.len() == 6 && originals.iter().all(|listed| listed["kept"] == true), "{list}");
+    }
+}

@@ -57,6 +57,13 @@ fn what_computes_coefficients_cannot_see_the_watermark() {
     assert!(["sombrero-watermark", "sombrero-search"].iter().all(|name| door.iter().any(|d| d == name)));
 }
 
+/// What is kept is bytes: no key is looked into where it is stored.
+#[test]
+fn the_vault_knows_no_key() {
+    let seen = reachable(&graph(), "sombrero-vault");
+    assert!(!seen.iter().any(|name| name == "sombrero-watermark"), "{seen:?}");
+}
+
 #[test]
 fn statistics_know_no_mesh() {
     assert_eq!(reachable(&graph(), "sombrero-stats"), ["sombrero-stats"]);

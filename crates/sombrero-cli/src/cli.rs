@@ -2,7 +2,8 @@
 
 use crate::args::bytes;
 use crate::commands::{
-    attack, commit, compare, completions, demo, detect, embed, info, man, prepare, render, trace, verify,
+    attack, catalogue, commit, compare, completions, demo, detect, embed, info, man, prepare, render, search,
+    trace, verify,
 };
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use sombrero::io::Limits;
@@ -92,6 +93,7 @@ pub(crate) enum Command {
         All models of a folder and those below it: sombrero embed models --out-dir marked\n\
         Keep the original file and the keys secret, and publish the marked copies. With --out-dir, keys go to\n\
         DIR/keys, and what is there already is kept: a run that was broken off goes on where it was.\n\
+        Kept for you, encrypted: sombrero embed vase.obj --catalogue models, and later sombrero search\n\
         buyers.csv has a first line of names and a column `recipient`; a column `file` names the copies. Commas, semicolons\n\
         or tabs separate columns.")]
     Embed(embed::args::Args),
@@ -108,6 +110,14 @@ pub(crate) enum Command {
         Several who averaged their copies are named too. The chance to name anybody who had no part is at most the\n\
         threshold, however many keys there are. For evidence against one of them, use `detect` with that key.")]
     Trace(trace::Args),
+    /// Find out which original of a catalogue a suspect mesh was made from, and whose copy it is.
+    #[command(after_help = "Example: sombrero search leaked.obj --catalogue models\n\
+        Originals are ranked by their shape. Where the catalogue keeps keys, or with --keys, the best are tested one after the other\n\
+        until a mark is found, which names the recipient. What is kept is read with its passphrase, which is asked for.\n\
+        Of several suspects each is a line. Exit status: 0 found (without keys: there is a candidate), 1 not, 2 any failure.")]
+    Search(search::args::Args),
+    /// Keep a catalogue of originals: a memory of their shapes, and if you like of the files and keys themselves.
+    Catalogue(catalogue::Args),
     /// Apply attacks to a mesh, to see what the mark survives.
     #[command(
         after_help = "Example: sombrero attack marked.obj -o noisy.obj noise:amplitude=0.002 smooth:iterations=10\n\

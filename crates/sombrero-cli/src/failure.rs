@@ -10,7 +10,7 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Failure {
     /// One word for programs: usage, read, write, mesh, key, keys, secret, recipients, prepared, suspect,
-    /// needs_resampling, attack, report, timestamp, internal.
+    /// needs_resampling, attack, report, timestamp, catalogue, vault, passphrase, internal.
     kind: &'static str,
     /// One sentence: what and where it is, and what to do about it.
     message: String,

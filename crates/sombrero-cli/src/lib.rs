@@ -4,6 +4,7 @@
 mod answer;
 mod args;
 mod batch;
+mod catalogue;
 mod cli;
 mod commands;
 mod failure;
@@ -49,6 +50,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn work(command: &Command, context: &Context) -> Result<Outcome, Failure> {
     let answer = match command {
+        Command::Catalogue(args) => return commands::catalogue::run(args, context),
+        Command::Search(args) => return commands::search::run(args, context),
         Command::Embed(args) => return commands::embed::run(args, context),
         Command::Detect(args) => return commands::detect::run(args, context),
         Command::Attack(args) => return commands::attack::run(args, context),
@@ -73,7 +76,7 @@ fn set_threads(threads: Option<usize>) -> Result<(), Failure> {
 }
 
 /// What people call commands elsewhere.
-const OTHER_NAMES: [(&str, &str); 20] = [
+const OTHER_NAMES: [(&str, &str); 24] = [
     ("mark", "embed"),
     ("watermark", "embed"),
     ("sign", "embed"),
@@ -94,6 +97,10 @@ const OTHER_NAMES: [(&str, &str); 20] = [
     ("show", "info"),
     ("inspect", "info"),
     ("timestamp", "commit"),
+    ("catalog", "catalogue"),
+    ("index", "catalogue"),
+    ("which", "search"),
+    ("lookup", "search"),
 ];
 
 /// What was meant by a word that is not known, as far as there is a guess.

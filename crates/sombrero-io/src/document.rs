@@ -12,7 +12,8 @@ use crate::decimals::{self, Decimals, Survey};
 use crate::error::{ParseError, ReadError, WriteError};
 use crate::family::{Evidence, Family};
 use crate::format::Format;
-use crate::input::{Limits, Source, read_bytes};
+use crate::input::{Beside, Limits, Source, read_bytes};
+use crate::lock::folder_of;
 use crate::parsed::{Companion, Original, Parsed, Rewrite, Rewritten};
 use crate::registry;
 use crate::text;
@@ -47,13 +48,28 @@ impl Document {
     ///
     /// As for [`parse`](Self::parse).
     pub fn parse_within(bytes: Vec<u8>, extension: Option<&str>, limits: Limits) -> Result<Self, ParseError> {
-        Self::parse_in(bytes, extension, None, limits)
+        Self::parse_beside(bytes, extension, Beside::Nothing, limits)
     }
 
-    fn parse_in(
+    /// A mesh of several files, none of which has to be on a disk: `bytes` is the document's own, and `others` those that
+    /// it refers to, as [`companions`](Self::companions) gave them, with their names and in any order.
+    ///
+    /// # Errors
+    ///
+    /// As for [`parse`](Self::parse).
+    pub fn parse_together(
         bytes: Vec<u8>,
         extension: Option<&str>,
-        folder: Option<&Path>,
+        others: &[(String, Vec<u8>)],
+        limits: Limits,
+    ) -> Result<Self, ParseError> {
+        Self::parse_beside(bytes, extension, Beside::Files(others), limits)
+    }
+
+    fn parse_beside(
+        bytes: Vec<u8>,
+        extension: Option<&str>,
+        beside: Beside<'_>,
         limits: Limits,
     ) -> Result<Self, ParseError> {
         if bytes.is_empty() {
@@ -69,7 +85,7 @@ impl Document {
             });
         }
         let family = family.ok_or(ParseError::Unrecognised)?;
-        let mut parsed = parsed(family, Source { bytes: &bytes, folder, limits }).map_err(|source| {
+        let mut parsed = parsed(family, Source { bytes: &bytes, beside, limits }).map_err(|source| {
             match extension.and_then(registry::by_extension) {
                 Some(named) if named.name != family.name => {
                     ParseError::Guessed { name: family.name, source: Box::new(source) }
@@ -109,8 +125,7 @@ impl Document {
     pub fn read_within(path: &Path, limits: Limits) -> Result<Self, ReadError> {
         let bytes = read_bytes(path, limits)?;
         let extension = path.extension().and_then(|e| e.to_str());
-        let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
-        Self::parse_in(bytes, extension, folder, limits)
+        Self::parse_beside(bytes, extension, Beside::Folder(folder_of(path)), limits)
             .map_err(|source| ReadError::Parse { path: path.to_owned(), source })
     }
 
@@ -320,7 +335,7 @@ impl Document {
 
     /// The document of the same file with other numbers in it: what was read once can be read again.
     fn read_again(&self, bytes: Vec<u8>) -> Option<Self> {
-        let source = Source { bytes: &bytes, folder: None, limits: Limits::unlimited() };
+        let source = Source { bytes: &bytes, beside: Beside::Nothing, limits: Limits::unlimited() };
         let parsed = parsed(self.family, source).ok()?;
         Some(Self { bytes, family: self.family, parsed })
     }

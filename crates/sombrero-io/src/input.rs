@@ -10,9 +10,20 @@ use crate::error::{ParseError, ReadError};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Source<'a> {
     pub(crate) bytes: &'a [u8],
-    /// Where the files are that this one refers to; without it there are none.
-    pub(crate) folder: Option<&'a Path>,
+    /// Where the files are that this one refers to.
+    pub(crate) beside: Beside<'a>,
     pub(crate) limits: Limits,
+}
+
+/// The files beside the one that is read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Beside<'a> {
+    /// None: only the content of one file was given.
+    Nothing,
+    /// Those of a folder.
+    Folder(&'a Path),
+    /// Those that were given, under their names.
+    Files(&'a [(String, Vec<u8>)]),
 }
 
 /// How much a reader takes in.

@@ -1,6 +1,7 @@
 //! One file a command: read, call the library, write, say what was done.
 
 pub(crate) mod attack;
+pub(crate) mod catalogue;
 pub(crate) mod commit;
 pub(crate) mod compare;
 pub(crate) mod completions;
@@ -11,5 +12,6 @@ pub(crate) mod info;
 pub(crate) mod man;
 pub(crate) mod prepare;
 pub(crate) mod render;
+pub(crate) mod search;
 pub(crate) mod trace;
 pub(crate) mod verify;

@@ -20,7 +20,7 @@ use super::json::{Buffer, Root, Text, span};
 use super::needed::Needed;
 use super::packed::Packed;
 use crate::error::{ParseError, ReadError};
-use crate::input::{Limits, Source, read_bytes};
+use crate::input::{Beside, Limits, Source, read_bytes};
 use crate::parsed::Companion;
 
 /// Where the bytes of a buffer are.
@@ -245,10 +245,10 @@ impl Loader<'_, '_> {
             .filter(|name| is_plain(name))
             .ok_or_else(|| refused("is not named by a plain path inside the same folder".into()))?;
         let refused = |problem: String| ParseError::Companion { name: shortened(&name), problem };
-        let folder = self.source.folder.ok_or_else(|| {
-            refused("cannot be looked for, because only the content of this file was given".into())
-        })?;
-        let path = inside(folder, &name).map_err(refused)?;
+        let path = match self.source.beside {
+            Beside::Folder(folder) => inside(folder, &name).map_err(refused)?,
+            _ => normal(&name),
+        };
         if !self.paths.insert(path.clone()) {
             return Err(ParseError::Unsupported {
                 what: format!("a glTF with two buffers in one file, `{}`,", shortened(uri)),
@@ -256,7 +256,16 @@ impl Loader<'_, '_> {
             });
         }
         let limits = Limits { max_bytes: self.left, ..self.source.limits };
-        read_bytes(&path, limits).map_err(|error| refused(problem_of(&error)))
+        match self.source.beside {
+            Beside::Folder(_) => read_bytes(&path, limits).map_err(|error| refused(problem_of(&error))),
+            Beside::Files(files) => {
+                let found = files.iter().find(|(given, _)| normal(given) == path);
+                found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| refused("was not given".into()))
+            }
+            Beside::Nothing => {
+                Err(refused("cannot be looked for, because only the content of this file was given".into()))
+            }
+        }
     }
 }
 
@@ -285,6 +294,11 @@ fn is_plain(name: &str) -> bool {
     let harmless = !name.is_empty() && !name.contains(['\\', ':', '\0']) && !name.starts_with('/');
     let downwards = |c: Component<'_>| matches!(c, Component::Normal(_) | Component::CurDir);
     harmless && name.split('/').all(|part| part != "..") && Path::new(name).components().all(downwards)
+}
+
+/// A plain path without what leads nowhere: `./a` is `a`.
+fn normal(name: &str) -> PathBuf {
+    Path::new(name).components().filter(|part| matches!(part, Component::Normal(_))).collect()
 }
 
 /// A URI with its percent signs resolved.

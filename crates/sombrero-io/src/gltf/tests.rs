@@ -892,6 +892,15 @@ fn buffers_beside_the_file_are_read_and_written() {
     assert!(parts.len() == 2 && !parts[1].0.is_empty() && parts[1].1 == model.bin);
     let files = [("", document.bytes()), ("sub dir/a.bin", &model.bin)];
     assert_eq!(document.parts().collect::<Vec<_>>(), files);
+    // The same without a disk.
+    let given = [("other.bin".to_owned(), vec![0]), ("./sub dir/a.bin".to_owned(), model.bin.clone())];
+    let together =
+        |others| Document::parse_together(document.bytes().to_vec(), Some("gltf"), others, Limits::default());
+    let again = together(&given).unwrap();
+    assert!(again.parts().eq(document.parts()) && again.points() == document.points());
+    let error = together(&given[..1]).unwrap_err().to_string();
+    assert!(error.contains("`sub dir/a.bin`, was not given"), "{error}");
+
     let (bytes, points) = moved(&document);
     let text = String::from_utf8(bytes.clone()).unwrap();
     assert!(text.contains("data:application/octet-stream;base64,"));

@@ -15,6 +15,7 @@ mod pictures;
 mod plot;
 mod scene;
 mod shapes;
+mod sheet;
 mod viewer;
 mod words;
 
@@ -29,6 +30,7 @@ use pictures::Pictures;
 use plot::Plot;
 use scene::Scene;
 use shapes::Shapes;
+pub use sheet::{Sheet, SheetCandidate, sheet};
 use sombrero::Detection;
 use sombrero::render::ImageError;
 use sombrero::watermark::Key;

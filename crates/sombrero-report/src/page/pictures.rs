@@ -8,8 +8,28 @@ use nalgebra::Vector3;
 use sombrero::mesh::Soup;
 use sombrero::render::{Camera, HeatMap, Image, ImageError, RenderOptions, render, used_points};
 
-/// Pixels of a picture: twice what a page shows, for sharp screens.
-const SIZE: [u32; 2] = [880, 660];
+/// How large a picture is: twice what a page shows, for sharp screens.
+#[derive(Clone, Copy)]
+pub(super) enum Size {
+    /// One of a few.
+    Large,
+    /// One of many.
+    Small,
+}
+
+impl Size {
+    pub(super) fn pixels(self) -> [u32; 2] {
+        match self {
+            Self::Large => [880, 660],
+            Self::Small => [600, 450],
+        }
+    }
+}
+
+/// A shape from where everybody would look at it.
+pub(super) fn picture(soup: &Soup, size: Size) -> Result<String, ImageError> {
+    draw(soup, camera(soup), None, size)
+}
 
 /// The pictures of a report, ready to be put into a page.
 pub(super) struct Pictures {
@@ -25,10 +45,11 @@ impl Pictures {
             Placement::Elsewhere => self::camera(&shapes.suspect),
             Placement::Empty | Placement::Near => camera,
         };
-        let heat = |distances: &Distances| draw(shapes.original, camera, Some(distances.heat_map()));
+        let heat =
+            |distances: &Distances| draw(shapes.original, camera, Some(distances.heat_map()), Size::Large);
         Ok(Self {
-            original: draw(shapes.original, camera, None)?,
-            suspect: draw(&shapes.suspect, suspect_camera, None)?,
+            original: draw(shapes.original, camera, None, Size::Large)?,
+            suspect: draw(&shapes.suspect, suspect_camera, None, Size::Large)?,
             distances: shapes.distances.as_ref().map(heat).transpose()?,
         })
     }
@@ -74,7 +95,7 @@ fn distance_section(picture: &str, distances: &Distances) -> Markup {
 }
 
 fn plate(picture: &str, alternative: &str, caption: Markup) -> Markup {
-    let [width, height] = SIZE;
+    let [width, height] = Size::Large.pixels();
     html! {
         figure.plate {
             img src=(picture) alt=(alternative) width=(width) height=(height);
@@ -90,10 +111,11 @@ fn camera(soup: &Soup) -> Camera {
 }
 
 /// A picture on no background, so that it suits light and dark pages, as a data URI.
-fn draw(soup: &Soup, camera: Camera, heat_map: Option<HeatMap>) -> Result<String, ImageError> {
+fn draw(soup: &Soup, camera: Camera, heat_map: Option<HeatMap>, size: Size) -> Result<String, ImageError> {
+    let [width, height] = size.pixels();
     let options = RenderOptions {
-        width: SIZE[0],
-        height: SIZE[1],
+        width,
+        height,
         camera: Some(camera),
         background: [0; 4],
         // The page shrinks the picture by half, which smooths again.

@@ -1,6 +1,7 @@
 //! What is typed after `sombrero embed`, and what it means.
 
 use crate::args::finite;
+use crate::catalogue::LockArgs;
 use crate::failure::Failure;
 use crate::files;
 use sombrero::EmbedOptions;
@@ -62,6 +63,11 @@ pub(crate) struct Args {
     /// more as keep rounding below a hundredth of the mark.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(..=20))]
     decimals: Option<u8>,
+    /// Add what is marked to this catalogue, which is made if it is not there, and keep originals and keys in it, encrypted.
+    #[arg(long, value_name = "CATALOGUE")]
+    catalogue: Option<PathBuf>,
+    #[command(flatten)]
+    lock: LockArgs,
     /// Replace outputs that exist.
     #[arg(long)]
     force: bool,
@@ -89,6 +95,8 @@ pub(super) struct Order<'a> {
     /// The mark of all copies; each may have a recipient of its own, and writes to a file of its own.
     pub(super) options: EmbedOptions,
     secret_file: Option<&'a Path>,
+    /// The catalogue that keeps what is marked, and its lock.
+    pub(super) catalogue: Option<(&'a Path, &'a LockArgs)>,
     pub(super) force: bool,
 }
 
@@ -109,7 +117,17 @@ impl<'a> Plan<'a> {
                 .with_renewed_normals(args.recompute_normals)
                 .with_decimals(args.decimals.map_or(Decimals::Own, Decimals::Number)),
         };
-        let order = Order { options, secret_file: args.secret_file.as_deref(), force: args.force };
+        let catalogue = args.catalogue.as_deref().map(|folder| (folder, &args.lock));
+        if catalogue.is_none() && args.lock.is_given() {
+            let message =
+                "--encrypt-to and --passphrase-file are for what a catalogue keeps; give --catalogue";
+            return Err(Failure::new("usage", message));
+        }
+        if catalogue.is_some() && args.inputs.iter().any(|input| files::is_standard(input)) {
+            return Err(Failure::new("usage", "an original in a catalogue needs a name; give a file"));
+        }
+        let secret_file = args.secret_file.as_deref();
+        let order = Order { options, secret_file, catalogue, force: args.force };
         Ok(Self { inputs: &args.inputs, target, order })
     }
 }

@@ -4,6 +4,7 @@
 use super::args::Order;
 use super::copy::{Place, answer, mark, write};
 use super::folder::{Before, before, make_folders, own_secret};
+use super::keeping::Keeping;
 use crate::answer::{Answer, Context, Outcome};
 use crate::batch::{self, Input, Inputs, Words};
 use crate::failure::Failure;
@@ -11,6 +12,7 @@ use crate::files;
 use crate::progress::Progress;
 use crate::table::Table;
 use serde_json::json;
+use sombrero::io::Document;
 use sombrero::watermark::{OriginalDigest, Secret};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -22,6 +24,7 @@ pub(super) fn run(
     context: &Context,
 ) -> Result<Outcome, Failure> {
     let given = order.secret()?;
+    let mut keeping = Keeping::new(order)?;
     let mut taken = BTreeSet::new();
     let mut name = |input: Input| {
         let name = name(&input, folder, &mut taken);
@@ -32,7 +35,9 @@ pub(super) fn run(
     batch::each(&inputs, &WORDS, context, |input, name| {
         let name = name.as_ref().map_err(Failure::clone)?;
         let (output, key) = (folder.join(name), folder.join("keys").join(name).with_added_extension("key"));
-        copy(order, folder, &Place { input, output: &output, key: &key }, given, context)
+        let (original, answer) =
+            copy(order, folder, &Place { input, output: &output, key: &key }, given, context)?;
+        keeping.keep(original, input, name, &[key], answer)
     })
 }
 
@@ -62,7 +67,7 @@ fn copy(
     place: &Place<'_>,
     given: Option<Secret>,
     context: &Context,
-) -> Result<Answer, Failure> {
+) -> Result<(Document, Answer), Failure> {
     let Place { input, output, key } = *place;
     let _progress = Progress::new(format!("marking {}", input.display()));
     let original = files::read_mesh(input, context.limits)?;
@@ -77,7 +82,8 @@ fn copy(
         Before::All => {
             let [input, output, key] = [input, output, key].map(|path| path.display().to_string());
             let text = Table::new(format!("kept {output}, which was marked before"));
-            return Answer::new(text, &json!({ "input": input, "output": output, "key": key, "kept": true }));
+            let json = json!({ "input": input, "output": output, "key": key, "kept": true });
+            return Ok((original, Answer::new(text, &json)?));
         }
         Before::Key(kept) => Some(*kept),
         Before::Nothing => {
@@ -99,5 +105,5 @@ fn copy(
     let mut answer = answer(place, &marked.report)?;
     answer.json["input"] = input.display().to_string().into();
     answer.json["kept"] = false.into();
-    Ok(answer)
+    Ok((original, answer))
 }

@@ -4,6 +4,7 @@ pub(crate) mod args;
 mod copies;
 mod copy;
 mod folder;
+mod keeping;
 mod recipients;
 
 use crate::answer::{Context, Outcome};
@@ -12,6 +13,7 @@ use crate::files;
 use crate::progress::Progress;
 use args::{Args, Order, Plan, Target};
 use copy::{Place, answer, mark, write};
+use keeping::Keeping;
 use sombrero::io::{Document, Format};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -53,6 +55,7 @@ fn one(
         Some(secret) => secret,
         None => files::new_secret()?,
     };
+    let mut keeping = Keeping::new(order)?;
     let _progress = Progress::new(format!("marking {}", input.display()));
     let original = files::read_mesh(input, context.limits)?;
     let output = output.map_or_else(|| beside(input, &original), Path::to_owned);
@@ -61,7 +64,9 @@ fn one(
     let place = Place { input, output: &output, key: &key };
     let marked = mark(order, &original, &place, secret)?;
     write(&marked, &original, &place, &inputs, None, order.force, context.limits)?;
-    Ok(files::answered(&output, answer(&place, &marked.report)?))
+    let answer = answer(&place, &marked.report)?;
+    let name = Path::new(input.file_name().unwrap_or_default());
+    Ok(files::answered(&output, keeping.keep(original, input, name, &[key], answer)?))
 }
 
 /// INPUT-marked, with the extension of the input, or, where that is of another format, with one that is not.

@@ -3,6 +3,7 @@
 use super::args::Order;
 use super::copy::{Place, write};
 use super::folder::{Before, before, make_folders, own_secret};
+use super::keeping::Keeping;
 use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
 use crate::files;
@@ -70,7 +71,6 @@ pub(super) fn run(
     context: &Context,
 ) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let progress = Progress::new(format!("marking {}", inputs[0].display()));
     let given = order.secret()?;
     let [input] = inputs else {
         return Err(Failure::new("usage", "--recipients makes copies of one file; give one input"));
@@ -80,6 +80,8 @@ pub(super) fn run(
             "--recipients makes copies of one file, and this is a folder; give its models one at a time";
         return Err(Failure::new("usage", format!("{}: {what}", input.display())));
     }
+    let mut keeping = Keeping::new(order)?;
+    let progress = Progress::new(format!("marking {}", input.display()));
     let original = files::read_mesh(input, context.limits)?;
     let rows = read_rows(list)?;
     check_names(input, &original)?;
@@ -140,10 +142,14 @@ pub(super) fn run(
         });
     }
     drop(progress);
+    let failed = |fate: &Option<Fate>| matches!(fate, Some(Fate::Failed { .. }));
+    let keys: Vec<PathBuf> =
+        jobs.iter().zip(&fates).filter(|(_, fate)| !failed(fate)).map(|(job, _)| job.key.clone()).collect();
     let report = report(input, folder, jobs, fates, start);
     let status = if report.failed > 0 { 2 } else { 0 };
-    let answer = Answer::new(text(&report), &report)?;
-    Ok(Outcome::Answer(Answer { status, ..answer }))
+    let answer = Answer { status, ..Answer::new(text(&report), &report)? };
+    let name = Path::new(input.file_name().unwrap_or_default());
+    Ok(Outcome::Answer(keeping.keep(original, input, name, &keys, answer)?))
 }
 
 fn report(input: &Path, folder: &Path, jobs: Vec<Job>, fates: Vec<Option<Fate>>, start: Instant) -> Report {
