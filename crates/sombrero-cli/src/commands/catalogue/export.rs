@@ -74,7 +74,10 @@ fn export(args: &Args, originals: &Originals, entry: &Entry) -> Result<Vec<PathB
     let kept = originals.files(entry)?;
     // What comes out is what went in.
     originals.parsed(entry, kept.clone())?;
-    let first = args.output.clone().unwrap_or_else(|| PathBuf::from(&kept[0].name));
+    let first = match &args.output {
+        Some(output) => output.clone(),
+        None => plain(&kept[0].name)?.to_owned(),
+    };
     let mut paths = vec![first.clone()];
     for file in &kept[1..] {
         if files::is_standard(&first) {
@@ -128,4 +131,19 @@ fn plain(name: &str) -> Result<&Path, Failure> {
         "vault",
         format!("{name}: a file of this name leads out of the folder; it was not written"),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_downwards() {
+        for name in ["vase.obj", "textures/wood.png", "./scene.bin"] {
+            assert_eq!(plain(name).ok(), Some(Path::new(name)));
+        }
+        for name in ["../vase.obj", "a/../../b", "/etc/passwd", "C:\\vase.obj", "..\\vase.obj"] {
+            assert!(plain(name).is_err(), "{name}");
+        }
+    }
 }
