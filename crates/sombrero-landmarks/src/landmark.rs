@@ -148,7 +148,8 @@ impl Cloud {
         let mut frames = Vec::with_capacity(2 * FRAME_BALLS.len());
         for number in 0..BALLS {
             let (ball, r) = (&balls[number * STRIDE], radii[number * STRIDE]);
-            let plane = std::f64::consts::PI * r * r / self.share;
+            // Samples that a plane would have in the ball; none where there is no surface.
+            let plane = if self.share > 0.0 { std::f64::consts::PI * r * r / self.share } else { 0.0 };
             let at = number * FEATURES;
             features[at..at + FEATURES].copy_from_slice(&ball.features(&z, r, plane));
             if let Some(which) = FRAME_BALLS.iter().position(|b| *b == number) {
@@ -235,7 +236,7 @@ mod tests {
         let turn = Similarity3::new(Vector3::new(3.0, 0.0, 9.0), Vector3::new(1.0, -2.0, 0.5), 2.0);
         coarse.points.iter_mut().for_each(|p| *p = turn * *p);
         let (here, there) = (cloud(&fine), cloud(&coarse));
-        let largest = 0.3;
+        let largest = 0.17 * fine.bounding_box().unwrap().diagonal();
         for sample in surface_points(&fine.points, &fine.triangles, 40) {
             let a = here.landmark(sample.point, &ladder(largest, 0, 0));
             let b = there.landmark(turn * sample.point, &ladder(2.0 * largest, 0, 0));
