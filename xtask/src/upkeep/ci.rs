@@ -66,8 +66,9 @@ const UPKEEP: [(&str, &str); 3] = [
     ("cargo-machete", "cargo machete"),
 ];
 
-/// What cannot run in a browser: the command, and signatures, which need a C compiler.
-const NOT_FOR_WASM: [&str; 2] = ["sombrero-cli", "sombrero-timestamp"];
+/// What cannot run in a browser: the command, signatures, which need a C compiler, and what is kept in folders.
+const NOT_FOR_WASM: [&str; 4] =
+    ["sombrero-cli", "sombrero-timestamp", "sombrero-catalogue", "sombrero-vault"];
 
 fn has(tool: &str) -> bool {
     Command::new(tool).arg("--version").output().is_ok_and(|done| done.status.success())
