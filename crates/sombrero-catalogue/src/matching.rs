@@ -50,6 +50,11 @@ struct Match {
 /// A point of the likeness and its place on the suspect.
 type Pair = (Point3<f64>, Point3<f64>);
 
+/// A vector of the likeness, or of its mirror image.
+pub(crate) fn flipped(v: Vector3<f64>, mirrored: bool) -> Vector3<f64> {
+    if mirrored { Vector3::new(-v.x, v.y, v.z) } else { v }
+}
+
 /// The best ways to lay the likeness and its mirror image on the suspect, at about the ratio of sizes that `rung` stands for.
 pub(crate) fn fits(asked: &Described, likeness: &Likeness, rung: usize) -> Vec<Fit> {
     let matches = matches(asked, likeness, rung);
@@ -144,7 +149,7 @@ fn agree(a: &Match, b: &Match) -> bool {
 
 /// The similarity that brings the p of two matches to their q, and the mean of their normals with them.
 fn pose(a: &Match, b: &Match, mirrored: bool) -> Option<Similarity3<f64>> {
-    let flip = |v: Vector3<f64>| if mirrored { Vector3::new(-v.x, v.y, v.z) } else { v };
+    let flip = |v| flipped(v, mirrored);
     let axes = |d: Vector3<f64>, n: Vector3<f64>| {
         let x = d.try_normalize(0.0)?;
         let z = (n - x * x.dot(&n)).try_normalize(0.1)?;
@@ -166,7 +171,7 @@ fn counted(
     pose: &Similarity3<f64>,
     mirrored: bool,
 ) -> (f64, Vec<Pair>) {
-    let flip = |v: Vector3<f64>| if mirrored { Vector3::new(-v.x, v.y, v.z) } else { v };
+    let flip = |v| flipped(v, mirrored);
     let mut weights = vec![0.0f64; asked.landmarks.len()];
     let mut pairs = Vec::new();
     for found in matches {

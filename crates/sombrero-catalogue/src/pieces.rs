@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use sombrero_landmarks::area;
-use sombrero_mesh::{Weld, connected};
+use sombrero_mesh::{Soup, Weld, part, parts};
 
 use crate::error::ShapeError;
 
@@ -23,20 +23,10 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    fn new(points: &[Point3<f64>], triangles: Vec<[u32; 3]>) -> Self {
-        let mut place = vec![u32::MAX; points.len()];
-        let mut kept = Vec::new();
-        let mut number = |v: u32| {
-            let place = &mut place[v as usize];
-            if *place == u32::MAX {
-                *place = kept.len() as u32;
-                kept.push(points[v as usize]);
-            }
-            *place
-        };
-        let triangles: Vec<[u32; 3]> = triangles.into_iter().map(|t| t.map(&mut number)).collect();
-        let size = area(&kept, &triangles).sqrt();
-        Self { points: kept, triangles, size }
+    fn new(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
+        let size = area(points, triangles).sqrt();
+        let (Soup { points, triangles }, _) = part(points, triangles);
+        Self { points, triangles, size }
     }
 }
 
@@ -50,31 +40,17 @@ pub(crate) fn pieces(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<V
     if area(&points, &triangles) <= 0.0 {
         return Err(ShapeError::NoArea);
     }
-    let links = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c]]);
-    let part_of = connected(points.len(), links);
-    let mut parts: Vec<(u32, Vec<[u32; 3]>)> = Vec::new();
-    let mut sorted: Vec<(u32, u32)> =
-        (0..).zip(&triangles).map(|(i, t)| (part_of[t[0] as usize], i)).collect();
-    sorted.sort_unstable();
-    for (part, triangle) in sorted {
-        if parts.last().is_none_or(|last| last.0 != part) {
-            parts.push((part, Vec::new()));
-        }
-        if let Some(last) = parts.last_mut() {
-            last.1.push(triangles[triangle as usize]);
-        }
-    }
-    let whole = Piece::new(&points, triangles);
+    let whole = Piece::new(&points, &triangles);
+    let parts = parts(points.len(), &triangles);
     if parts.len() < 2 {
         return Ok(vec![whole]);
     }
     let least = whole.size * SMALLEST.sqrt();
-    let pieces = parts.into_iter().map(|(_, triangles)| Piece::new(&points, triangles));
-    let mut pieces: Vec<Piece> = pieces.filter(|piece| piece.size >= least).collect();
-    pieces.sort_by(|a, b| b.size.total_cmp(&a.size));
-    pieces.truncate(PARTS);
-    pieces.insert(0, whole);
-    Ok(pieces)
+    let sized = parts.iter().map(|triangles| (area(&points, triangles).sqrt(), triangles));
+    let mut sized: Vec<(f64, &Vec<[u32; 3]>)> = sized.filter(|(size, _)| *size >= least).collect();
+    sized.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let largest = sized.iter().take(PARTS).map(|(_, triangles)| Piece::new(&points, triangles));
+    Ok([whole].into_iter().chain(largest).collect())
 }
 
 fn check(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<(), ShapeError> {

@@ -2,13 +2,12 @@
 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-use sombrero_mesh::Soup;
+use sombrero_mesh::{Facets, Soup};
 use sombrero_spatial::Surface;
 
 use crate::describe::{Described, described};
 use crate::error::ShapeError;
 use crate::pieces::{Piece, pieces};
-use crate::settle::face_normals;
 
 /// Landmarks of a piece.
 const COUNT: usize = 140;
@@ -43,7 +42,7 @@ impl Question {
             let described = described(&piece, COUNT, MORE);
             let unit = |p: &Point3<f64>| Point3::from((p - described.centroid) / described.size);
             let points: Vec<_> = piece.points.iter().map(unit).collect();
-            let normals = face_normals(&points, &piece.triangles);
+            let normals = Facets::new(&points, &piece.triangles).normals;
             Asked { surface: Surface::new(&points, &piece.triangles), normals, described, piece }
         };
         Ok(Self { pieces: pieces(points, triangles)?.into_par_iter().map(asked).collect() })

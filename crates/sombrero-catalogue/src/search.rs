@@ -9,7 +9,7 @@ use crate::candidate::Candidate;
 use crate::describe::Described;
 use crate::entry::Entry;
 use crate::error::CatalogueError;
-use crate::matching::{Fit, fits};
+use crate::matching::{Fit, fits, flipped};
 use crate::portrait::Likeness;
 use crate::question::{Asked, Question};
 use crate::segment::Segment;
@@ -185,10 +185,7 @@ fn in_model_units(
 ) -> Similarity3<f64> {
     let rotation = pose.isometry.rotation;
     let scale = pose.scaling() * asked.size / likeness.size;
-    let mut centre = likeness.centroid.coords;
-    if mirrored {
-        centre.x = -centre.x;
-    }
+    let centre = flipped(likeness.centroid.coords, mirrored);
     let shift =
         asked.centroid.coords + pose.isometry.translation.vector * asked.size - rotation * centre * scale;
     Similarity3::from_parts(Translation3::from(shift), rotation, scale)

@@ -8,7 +8,7 @@
 use nalgebra::{Point3, SMatrix, SVector, Similarity3, Translation3, UnitQuaternion, Vector3};
 use sombrero_spatial::{Closest, Surface};
 
-use crate::matching::Fit;
+use crate::matching::{Fit, flipped};
 use crate::portrait::Likeness;
 
 /// τ by step, relative to the root of the suspect's area.
@@ -45,7 +45,7 @@ impl Settled {
 
 /// Lays the landmarks of `likeness` on the surface, starting from `fit`.
 pub(crate) fn settle(surface: &Surface, normals: &[Vector3<f64>], likeness: &Likeness, fit: &Fit) -> Settled {
-    let flip = |v: Vector3<f64>| if fit.mirrored { Vector3::new(-v.x, v.y, v.z) } else { v };
+    let flip = |v| flipped(v, fit.mirrored);
     let marks: Vec<(Point3<f64>, Vector3<f64>)> =
         likeness.marks.iter().map(|m| (Point3::from(flip(m.point().coords)), flip(m.normal()))).collect();
     let normal = |closest: &Closest| normals[closest.face as usize];
@@ -107,13 +107,4 @@ impl System {
             .all(|x| x.is_finite())
             .then(|| Similarity3::from_parts(Translation3::new(x[3], x[4], x[5]), turn, growth))
     }
-}
-
-/// Normals of the faces of a surface, of length 1; 0 of a face without area.
-pub(crate) fn face_normals(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vector3<f64>> {
-    let normal = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| points[v as usize]);
-        sombrero_mesh::geometry::area_vector(&a, &b, &c).try_normalize(0.0).unwrap_or_default()
-    };
-    triangles.iter().map(normal).collect()
 }

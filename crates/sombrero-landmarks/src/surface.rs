@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::geometry::area_vector;
+use sombrero_mesh::vertex_normals;
 use sombrero_spatial::spread_samples;
 
 /// A point of a surface with its normal.
@@ -22,14 +23,7 @@ pub struct SurfacePoint {
 /// # Panics
 /// When a triangle names a vertex that does not exist.
 pub fn surface_points(points: &[Point3<f64>], triangles: &[[u32; 3]], count: usize) -> Vec<SurfacePoint> {
-    let mut normals = vec![Vector3::zeros(); points.len()];
-    for corners in triangles {
-        let area = area_vector_of(points, *corners);
-        for &v in corners {
-            normals[v as usize] += area;
-        }
-    }
-    normals.iter_mut().for_each(|n| *n = n.try_normalize(0.0).unwrap_or_default());
+    let normals = vertex_normals(points, triangles);
     let places = spread_samples(points, triangles, count).into_iter();
     let sample = |place: sombrero_spatial::SurfaceSample| {
         let corners = triangles[place.face as usize].iter().zip(place.barycentric);
@@ -45,13 +39,11 @@ pub fn surface_points(points: &[Point3<f64>], triangles: &[[u32; 3]], count: usi
 /// # Panics
 /// When a triangle names a vertex that does not exist.
 pub fn area(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
-    triangles.iter().map(|corners| area_vector_of(points, *corners).norm() / 2.0).sum()
-}
-
-/// Twice the area of a triangle along its normal.
-fn area_vector_of(points: &[Point3<f64>], corners: [u32; 3]) -> Vector3<f64> {
-    let [a, b, c] = corners.map(|v| points[v as usize]);
-    area_vector(&a, &b, &c)
+    let of_triangle = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|v| &points[v as usize]);
+        area_vector(a, b, c).norm() / 2.0
+    };
+    triangles.iter().map(of_triangle).sum()
 }
 
 #[cfg(test)]

@@ -49,18 +49,12 @@ impl Soup {
         (Self { points, triangles }, source)
     }
 
-    /// Unit normals of the vertices, triangles weighted by area; zero where there are none or they cancel.
+    /// [`vertex_normals`] of its own.
     ///
     /// # Panics
     /// When a corner index is out of range.
     pub fn vertex_normals(&self) -> Vec<Vector3<f64>> {
-        let mut sums = vec![Vector3::zeros(); self.points.len()];
-        for corners in &self.triangles {
-            let [a, b, c] = corners.map(|v| &self.points[v as usize]);
-            let area = area_vector(a, b, c);
-            corners.iter().for_each(|&v| sums[v as usize] += area);
-        }
-        sums.into_iter().map(|n: Vector3<f64>| n.try_normalize(0.0).unwrap_or_default()).collect()
+        vertex_normals(&self.points, &self.triangles)
     }
 
     /// The bounding box of the vertices that triangles use; `None` when there are none.
@@ -68,6 +62,20 @@ impl Soup {
         let used = self.used();
         BoundingBox::of(self.points.iter().zip(used).filter(|(_, used)| *used).map(|(p, _)| p))
     }
+}
+
+/// Unit normals of the vertices, triangles weighted by area; zero where there are none or they cancel.
+///
+/// # Panics
+/// When a corner index is out of range.
+pub fn vertex_normals(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vector3<f64>> {
+    let mut sums = vec![Vector3::zeros(); points.len()];
+    for corners in triangles {
+        let [a, b, c] = corners.map(|v| &points[v as usize]);
+        let area = area_vector(a, b, c);
+        corners.iter().for_each(|&v| sums[v as usize] += area);
+    }
+    sums.into_iter().map(|n: Vector3<f64>| n.try_normalize(0.0).unwrap_or_default()).collect()
 }
 
 /// An axis-aligned box, in model units.

@@ -7,7 +7,7 @@ use crate::coupled::each;
 use nalgebra::Vector3;
 use sombrero_basis::Basis;
 use sombrero_extraction::Extractor;
-use sombrero_mesh::{Soup, connected, geometry};
+use sombrero_mesh::{Soup, connected, geometry, part};
 use sombrero_registration::Reference;
 use std::sync::OnceLock;
 
@@ -24,26 +24,13 @@ pub(crate) struct Component {
     pub(crate) points: Vec<u32>,
 }
 
-/// A triangle with the first point of its part.
-type Labelled = (u32, [u32; 3]);
-
 /// The parts of a soup, those with the most triangles first.
 pub(crate) fn components(soup: &Soup) -> Vec<Component> {
-    let links = soup.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c]]);
-    let first = connected(soup.points.len(), links);
-    let mut triangles: Vec<Labelled> = soup.triangles.iter().map(|t| (first[t[0] as usize], *t)).collect();
-    // Stable, so that triangles stay in order.
-    triangles.sort_by_key(|(first, _)| *first);
-    let mut groups: Vec<(usize, &[Labelled])> = triangles.chunk_by(|a, b| a.0 == b.0).enumerate().collect();
+    let mut groups: Vec<_> =
+        sombrero_mesh::parts(soup.points.len(), &soup.triangles).into_iter().enumerate().collect();
     groups.sort_by_key(|(number, group)| (std::cmp::Reverse(group.len()), *number));
-    let mut place = vec![0; soup.points.len()];
-    let component = |(number, group): (usize, &[Labelled])| {
-        let mut points: Vec<u32> = group.iter().flat_map(|(_, corners)| *corners).collect();
-        points.sort_unstable();
-        points.dedup();
-        points.iter().zip(0..).for_each(|(&point, local)| place[point as usize] = local);
-        let triangles = group.iter().map(|(_, corners)| corners.map(|v| place[v as usize])).collect();
-        let soup = Soup::new(points.iter().map(|&v| soup.points[v as usize]).collect(), triangles);
+    let component = |(number, group): (usize, Vec<[u32; 3]>)| {
+        let (soup, points) = part(&soup.points, &group);
         Component { number, soup, points }
     };
     groups.into_iter().take(MOST_PARTS).map(component).collect()
