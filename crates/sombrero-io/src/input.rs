@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Component, Path};
 
 use crate::error::{ParseError, ReadError};
 
@@ -24,6 +24,13 @@ pub(crate) enum Beside<'a> {
     Folder(&'a Path),
     /// Those that were given, under their names.
     Files(&'a [(String, Vec<u8>)]),
+}
+
+/// Whether a name is a path that leads downwards only, on every system.
+pub fn is_plain_path(name: &str) -> bool {
+    let harmless = !name.is_empty() && !name.contains(['\\', ':', '\0']) && !name.starts_with('/');
+    let downwards = |c: Component<'_>| matches!(c, Component::Normal(_) | Component::CurDir);
+    harmless && name.split('/').all(|part| part != "..") && Path::new(name).components().all(downwards)
 }
 
 /// How much a reader takes in.

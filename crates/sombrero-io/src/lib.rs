@@ -35,7 +35,7 @@ pub use decimals::{Decimals, Filling};
 pub use document::Document;
 pub use error::{ParseError, Place, ReadError, WriteError};
 pub use format::Format;
-pub use input::{Limits, read_bytes};
+pub use input::{Limits, is_plain_path, read_bytes};
 pub use output::{
     Access, Output, Overwrite, check_file_name, check_output, replace_each, write_atomically, write_together,
 };

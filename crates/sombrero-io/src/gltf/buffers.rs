@@ -20,7 +20,7 @@ use super::json::{Buffer, Root, Text, span};
 use super::needed::Needed;
 use super::packed::Packed;
 use crate::error::{ParseError, ReadError};
-use crate::input::{Beside, Limits, Source, read_bytes};
+use crate::input::{Beside, Limits, Source, is_plain_path, read_bytes};
 use crate::parsed::Companion;
 
 /// Where the bytes of a buffer are.
@@ -242,7 +242,7 @@ impl Loader<'_, '_> {
     fn read(&mut self, uri: &str) -> Result<Vec<u8>, ParseError> {
         let refused = |problem: String| ParseError::Companion { name: shortened(uri), problem };
         let name = decoded(uri)
-            .filter(|name| is_plain(name))
+            .filter(|name| is_plain_path(name))
             .ok_or_else(|| refused("is not named by a plain path inside the same folder".into()))?;
         let refused = |problem: String| ParseError::Companion { name: shortened(&name), problem };
         let path = match self.source.beside {
@@ -289,13 +289,6 @@ fn problem_of(error: &ReadError) -> String {
     }
 }
 
-/// Whether a name is a path that leads downwards only, on every system.
-fn is_plain(name: &str) -> bool {
-    let harmless = !name.is_empty() && !name.contains(['\\', ':', '\0']) && !name.starts_with('/');
-    let downwards = |c: Component<'_>| matches!(c, Component::Normal(_) | Component::CurDir);
-    harmless && name.split('/').all(|part| part != "..") && Path::new(name).components().all(downwards)
-}
-
 /// A plain path without what leads nowhere: `./a` is `a`.
 fn normal(name: &str) -> PathBuf {
     Path::new(name).components().filter(|part| matches!(part, Component::Normal(_))).collect()
@@ -330,10 +323,10 @@ mod tests {
         for name in
             ["", "/etc/passwd", "../a", "a/../../b", "a\\b", "c:a", "file:///etc/passwd", "a\0b", ".."]
         {
-            assert!(!is_plain(name), "{name}");
+            assert!(!is_plain_path(name), "{name}");
         }
         for name in ["a.bin", "./a.bin", "a/b.bin", "a b.bin", "..a"] {
-            assert!(is_plain(name), "{name}");
+            assert!(is_plain_path(name), "{name}");
         }
     }
 

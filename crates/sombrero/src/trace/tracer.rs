@@ -5,7 +5,7 @@ use super::verdict::{Named, Rejected, Trace};
 use crate::detect::{Alignment, DetectError, DetectOptions, positions};
 use rayon::prelude::*;
 use sombrero_io::Document;
-use sombrero_search::{Looked, Original, SearchOutcome, search};
+use sombrero_search::{Glance, Looked, Original, Outline, SearchOutcome, search_from};
 use sombrero_stats::{LogProbability, best_of};
 use sombrero_watermark::{Key, OriginalDigest, Parameters};
 
@@ -35,6 +35,26 @@ impl Tracer {
     /// # Errors
     /// [`DetectError::NoFaces`] or [`DetectError::Basis`] when the original cannot carry such marks.
     pub fn new(original: &Document, keys: Vec<Key>) -> Result<(Self, Vec<Rejected>), DetectError> {
+        Self::with(original, None, keys)
+    }
+
+    /// [`Tracer::new`] with the outline of `original`, where it is known already.
+    ///
+    /// # Errors
+    /// As [`Tracer::new`].
+    pub fn of_outline(
+        original: &Document,
+        outline: Outline,
+        keys: Vec<Key>,
+    ) -> Result<(Self, Vec<Rejected>), DetectError> {
+        Self::with(original, Some(outline), keys)
+    }
+
+    fn with(
+        original: &Document,
+        mut outline: Option<Outline>,
+        keys: Vec<Key>,
+    ) -> Result<(Self, Vec<Rejected>), DetectError> {
         let digest = OriginalDigest::of(original.parts());
         let mut rejected = Vec::new();
         let mut groups: Vec<Group> = Vec::new();
@@ -47,7 +67,11 @@ impl Tracer {
                 Some(place) => place,
                 None => {
                     let parameters @ Parameters { basis, epsilon, .. } = key.parameters;
-                    let original = Original::of_scene(original.soup(), &original.scene(), &basis, epsilon)?;
+                    let outline = match outline.take() {
+                        Some(outline) => outline,
+                        None => Outline::new(original.soup(), &original.scene())?,
+                    };
+                    let original = Original::of_outline(outline, &basis, epsilon)?;
                     groups.push(Group { parameters, original, keys: Vec::new() });
                     groups.len() - 1
                 }
@@ -99,7 +123,20 @@ impl Tracer {
     /// # Errors
     /// [`DetectError`] when the question makes no sense.
     pub fn trace(&self, suspect: &Document, options: &DetectOptions) -> Result<Trace, DetectError> {
-        let mut first = self.look(suspect, options, &[], 0)?;
+        self.trace_after(None, suspect, options)
+    }
+
+    /// [`trace`](Self::trace) that goes on from a first look at this suspect with these options.
+    ///
+    /// # Errors
+    /// As [`trace`](Self::trace).
+    pub fn trace_after(
+        &self,
+        glance: Option<Glance>,
+        suspect: &Document,
+        options: &DetectOptions,
+    ) -> Result<Trace, DetectError> {
+        let mut first = self.look(glance, suspect, options, &[], 0)?;
         if self.trusting {
             return Ok(first);
         }
@@ -110,7 +147,7 @@ impl Tracer {
         }
         let all: Vec<usize> = self.groups.iter().flat_map(|group| &group.keys).copied().collect();
         let rejected = first.seconds.time("derivation", || self.rejected(&all));
-        let mut second = self.look(suspect, options, &rejected, first.variants_counted)?;
+        let mut second = self.look(None, suspect, options, &rejected, first.variants_counted)?;
         second.seconds.add(first.seconds);
         second.rejected = rejected;
         Ok(second)
@@ -126,9 +163,10 @@ impl Tracer {
         keys.par_iter().filter_map(check).collect()
     }
 
-    /// One search for all keys but those; `counted` tests were made before.
+    /// One search for all keys but those; `counted` tests were made before. The first group goes on from `glance`.
     fn look(
         &self,
+        mut glance: Option<Glance>,
         suspect: &Document,
         options: &DetectOptions,
         without: &[Rejected],
@@ -145,8 +183,13 @@ impl Tracer {
                 continue;
             }
             let watermarks = keys.iter().map(|&i| self.keys[i].watermark.as_slice()).collect();
+            let search_options = options.search();
+            let glance = match glance.take() {
+                Some(known) => known,
+                None => group.original.outline().glance(&suspect, &search_options)?,
+            };
             let SearchOutcome { looks, seconds, warnings, budget_spent, .. } =
-                search(&group.original, &suspect, &options.search(), ManyKeys::new(watermarks))?;
+                search_from(glance, &group.original, &suspect, &search_options, ManyKeys::new(watermarks))?;
             trace.seconds.add(seconds);
             trace.budget_spent |= budget_spent;
             trace

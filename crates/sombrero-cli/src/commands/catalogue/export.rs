@@ -6,9 +6,9 @@ use crate::failure::Failure;
 use crate::files;
 use crate::table::Table;
 use serde_json::json;
-use sombrero::io::{Access, Output};
+use sombrero::io::{Access, Output, is_plain_path};
 use sombrero_catalogue::Entry;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 // What is typed after `sombrero catalogue export`.
 #[derive(Debug, clap::Args)]
@@ -122,10 +122,8 @@ fn write<'a>(contents: impl Iterator<Item = (&'a PathBuf, &'a Vec<u8>)>, force: 
 
 /// A name that leads downwards only: whoever can write to the vault could have put another one in.
 fn plain(name: &str) -> Result<&Path, Failure> {
-    let path = Path::new(name);
-    let downwards = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-    if path.components().all(downwards) && !name.contains(['\\', ':']) {
-        return Ok(path);
+    if is_plain_path(name) {
+        return Ok(Path::new(name));
     }
     Err(Failure::new(
         "vault",

@@ -12,7 +12,7 @@ use sombrero::{DetectOptions, Tracer};
 use sombrero_catalogue::{Candidate, Question};
 
 /// CPU seconds for each test, as `detect` has them.
-const BUDGET: f64 = 60.0;
+pub(super) const BUDGET: f64 = 60.0;
 
 /// A candidate, and what its keys said.
 pub(super) struct Examined {
@@ -149,13 +149,14 @@ fn traced(
     let shape = outline.suspect(&suspect.soup_like(outline.triangles()));
     let looking =
         SearchOptions { threshold: options.threshold, budget: options.budget, ..SearchOptions::default() };
-    if outline.glance(&shape, &looking).map_err(|e| failed(&e))?.is_another_shape() {
+    let glance = outline.glance(&shape, &looking).map_err(|e| failed(&e))?;
+    if glance.is_another_shape() {
         let keys = keys.iter().map(|key| (key.clone(), 0.0)).collect();
         return Ok(Found { keys, named: 0, notes: Vec::new() });
     }
     let all = keys.iter().map(|kept| kept.key.clone()).collect();
-    let (tracer, rejected) = Tracer::new(original, all).map_err(|e| failed(&e))?;
-    let trace = tracer.trace(suspect, options).map_err(|e| failed(&e))?;
+    let (tracer, rejected) = Tracer::of_outline(original, outline, all).map_err(|e| failed(&e))?;
+    let trace = tracer.trace_after(Some(glance), suspect, options).map_err(|e| failed(&e))?;
     let place = |index: usize| keys[index].path.display();
     let rejected = rejected.iter().chain(&trace.rejected);
     Ok(Found {

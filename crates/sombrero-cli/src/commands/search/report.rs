@@ -1,7 +1,7 @@
 //! The pages of a search: a sheet with pictures of all candidates, and the report of the best.
 
 use super::args::Args;
-use super::examine::Examined;
+use super::examine::{BUDGET, Examined};
 use crate::catalogue::{KeptKey, Originals};
 use crate::failure::Failure;
 use crate::files;
@@ -119,7 +119,7 @@ fn detection(
     let failed = |e: &dyn std::error::Error| Failure::about("suspect", about.path, e);
     let entry = &examined.candidate.entry;
     let original = originals.document(entry)?;
-    let settings = DetectOptions { budget: Some(60.0), ..DetectOptions::default() };
+    let settings = DetectOptions { budget: Some(BUDGET), ..DetectOptions::default() };
     let detector = Detector::new(&original, kept.key.clone()).map_err(|e| failed(&e))?;
     let suspect = detector.suspect(about.suspect);
     let detection = detector.detect(&suspect, &settings).map_err(|e| failed(&e))?;
