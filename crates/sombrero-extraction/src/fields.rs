@@ -23,10 +23,11 @@ pub(crate) struct Fields<'a> {
     pub(crate) spread: f64,
 }
 
-/// Standard deviation of what the smooth fields move beforehand, and of the warp's nodes at first, in largest sides.
+/// Standard deviation of what the smooth fields move beforehand, in largest sides.
 const DEFORMATION: f64 = 0.1;
+/// That of the warp's nodes at first.
 const SPREAD: f64 = 0.002;
-/// The least that it counts as.
+/// And the least that it counts as.
 const LEAST_SPREAD: f64 = 1e-7;
 
 /// One point's ψ: at most the lattice's 64.

@@ -1,9 +1,8 @@
 //! The sums of the normal equations, which a fit spends its time on.
 //!
-//! A row of A = [B N] has hundreds of entries: N's are all there but those of a warp, B's only where functions reach the point.
-//! A warp's columns are treated as B's. Four
-//! observations are added at a time, so that each sum is read and written once for four products; those of a mesh lie
-//! beside one another and are reached by the same functions.
+//! A row of A = [B N] has hundreds of entries: N's are all there but those of a warp, B's only where functions reach the
+//! point. A warp's columns are treated as B's. Four observations are added at a time, so that each sum is read and written
+//! once for four products; those of a mesh lie beside one another and are reached by the same functions.
 
 use crate::fields::Fields;
 use crate::system::{MarkMatrix, Observation};
