@@ -207,6 +207,12 @@ fn tried_once(marked: &Marked, attack: &Attack, strength: f64, seed: u64) -> any
     Ok([found.map_or(0.0, |detection| detection.log10_p), seen.msdm2, seen.normals_rms])
 }
 
+/// A copy bent by waves of this length that move its vertices by `rms`, both in largest sides.
+pub(super) fn warped(soup: &Soup, length: f64, rms: f64, rng: &mut ChaCha8Rng) -> Soup {
+    let side = BoundingBox::of(&soup.points).map_or(0.0, |around| around.largest_side());
+    scaled(soup, &waves(&soup.points, length * side, rng), rms * side)
+}
+
 /// The points moved along the field, by `rms` of the vertices with a face.
 fn scaled(soup: &Soup, field: &[Vector3<f64>], rms: f64) -> Soup {
     let used = soup.used();

@@ -1,4 +1,4 @@
-//! Looks at mirror images, kits and point clouds: what the search itself shows of suspects without a mark.
+//! Looks at mirror images, kits, point clouds and warps: what the search itself shows of suspects without a mark.
 //!
 //! For the rates of random watermarks every estimate that the search shows of a suspect is kept, as it was shown. Where a
 //! component has several places, which is taken depends on the watermark; the kits here have parts that nothing but their own
@@ -9,6 +9,7 @@ use super::key_tests::{Extracted, key_tests};
 use super::pipeline::{attacked, case, document};
 use super::{Rate, bar, rng};
 use crate::experiments::case::{Case, random_secret};
+use crate::experiments::removal::warped;
 use crate::experiments::tables::Method;
 use nalgebra::{Point3, Rotation3, Vector3};
 use rand::RngExt;
@@ -29,11 +30,55 @@ const ESTIMATES: usize = 2;
 /// Streams of random numbers, beside those of the other kinds.
 const STREAM: u64 = 100;
 
-/// A kind of suspect by its name, and what makes one of an original.
-pub(super) const KINDS: [(&str, &[&str]); 3] = [
-    ("mirror images", &["mirror transform", "simplify:ratio=0.5 mirror transform"]),
-    ("point clouds", &["transform points:count=20000", "noise:amplitude=0.002 transform points:count=20000"]),
-    ("kits, laid elsewhere", &["none", "noise:amplitude=0.002"]),
+/// A kind of suspect by its name.
+pub(super) struct Kind {
+    pub(super) name: &'static str,
+    /// Each makes one suspect of an original.
+    attacks: &'static [&'static str],
+    /// The look that its estimates are taken from; without one those of every look are.
+    look: Option<Look>,
+    make: Make,
+}
+
+/// What is done to a suspect beside its attacks.
+#[derive(Clone, Copy, PartialEq)]
+enum Make {
+    Attacked,
+    /// A kit whose parts are laid elsewhere afterwards.
+    Rearranged,
+    /// Bent beforehand by waves of [`WAVE`] sides that move vertices by [`BENT`] sides.
+    Warped,
+}
+
+/// The wave of the cheapest removal, and some four times what a mark of the preset robust moves vertices by.
+const WAVE: f64 = 0.3;
+const BENT: f64 = 0.0025;
+
+pub(super) const KINDS: [Kind; 4] = [
+    Kind {
+        name: "mirror images",
+        attacks: &["mirror transform", "simplify:ratio=0.5 mirror transform"],
+        look: None,
+        make: Make::Attacked,
+    },
+    Kind {
+        name: "point clouds",
+        attacks: &["transform points:count=20000", "noise:amplitude=0.002 transform points:count=20000"],
+        look: Some(Look::Whole),
+        make: Make::Attacked,
+    },
+    Kind {
+        name: "kits, laid elsewhere",
+        attacks: &["none", "noise:amplitude=0.002"],
+        look: Some(Look::Parts),
+        make: Make::Rearranged,
+    },
+    Kind {
+        name: "warps, half of the faces",
+        attacks: &["simplify:ratio=0.5 transform", "simplify:ratio=0.5 noise:amplitude=0.001"],
+        look: Some(Look::Warped),
+        make: Make::Warped,
+    },
 ];
 
 /// Keeps what it is shown, and weighs places by a watermark of its own.
@@ -69,15 +114,15 @@ impl Examiner for Recorder {
     }
 }
 
-/// What the last look of a search shows of suspects of this kind.
+/// What the search shows of suspects of this kind.
 pub(super) fn suspects(
     which: usize,
     preset: Preset,
     cases: &[(&str, Case)],
 ) -> anyhow::Result<Vec<Extracted>> {
-    let (name, attacks) = KINDS[which];
+    let kind = &KINDS[which];
     let kit;
-    let cases: Vec<(&str, &Case)> = if which == 2 {
+    let cases: Vec<(&str, &Case)> = if kind.make == Make::Rearranged {
         kit = case(&kit_of(&[0, 1, 2, 3, 4, 5]), preset)?;
         vec![("kit", &kit)]
     } else {
@@ -88,23 +133,31 @@ pub(super) fn suspects(
     for (model, case) in cases {
         let (basis, epsilon) = (case.parameters.basis, case.parameters.epsilon);
         let original = Original::of_scene(case.document.soup(), &case.document.scene(), &basis, epsilon)?;
-        for specs in attacks {
-            let made = apply_all(&parse_list(specs)?, case.soup(), &mut rng)?.soup;
-            let made = if which == 2 { rearranged(&made, &mut rng) } else { made };
+        for specs in kind.attacks {
+            let made = kind.make.suspect(case, specs, &mut rng)?;
             let watermark = case.detector(random_secret(&mut rng))?.key().watermark.clone();
             let recorder = Recorder { watermark, kept: Vec::new() };
             let suspect = original.suspect(&made);
             // A kit whose triangles are those of the original corresponds to it as a whole, which is not what is asked.
             let suspect = Suspect { correspondence: None, ..suspect };
             let outcome = search(&original, &suspect, &SearchOptions::default(), recorder)?;
-            let wanted = [Look::Mirrored, Look::Whole, Look::Parts][which];
-            let looks = outcome.looks.into_iter().filter(|look| look.look == wanted || which == 0);
+            let looks =
+                outcome.looks.into_iter().filter(|look| kind.look.is_none_or(|kept| look.look == kept));
             for (nuisance, estimate) in looks.flat_map(|look| look.examiner.kept).take(ESTIMATES) {
-                suspects.extend(key_tests(&format!("{name}: {model} {specs}, {nuisance}"), &estimate)?);
+                suspects
+                    .extend(key_tests(&format!("{}: {model} {specs}, {nuisance}", kind.name), &estimate)?);
             }
         }
     }
     Ok(suspects)
+}
+
+impl Make {
+    fn suspect(self, case: &Case, specs: &str, rng: &mut ChaCha8Rng) -> anyhow::Result<Soup> {
+        let bent = (self == Self::Warped).then(|| warped(case.soup(), WAVE, BENT, rng));
+        let made = apply_all(&parse_list(specs)?, bent.as_ref().unwrap_or(case.soup()), rng)?.soup;
+        Ok(if self == Self::Rearranged { rearranged(&made, rng) } else { made })
+    }
 }
 
 /// Bumpy balls beside each other; equal numbers are equal parts.
@@ -146,7 +199,7 @@ pub(super) struct Innocent {
 }
 
 impl Innocent {
-    /// As many mirror images and point clouds, and half as many kits.
+    /// As many mirror images, point clouds, prints and warps, and half as many kits.
     pub(super) fn run(method: Method, suspects: u64) -> anyhow::Result<Vec<Self>> {
         let balls = [shapes::bumpy_sphere(600), shapes::bust(8), shapes::part(1)];
         let balls = balls.iter().map(|soup| case(soup, method.preset())).collect::<Result<Vec<_>, _>>()?;
@@ -154,8 +207,10 @@ impl Innocent {
         let kits = kits.iter().map(|soup| case(soup, method.preset())).collect::<Result<Vec<_>, _>>()?;
         let image = |case: &Case, rng: &mut ChaCha8Rng, i: u64| -> anyhow::Result<Soup> {
             let soup = attacked(case.soup(), rng);
-            let specs = ["mirror transform", "points:count=3000", "print:size=100"][i as usize % 3];
-            Ok(apply_all(&parse_list(specs)?, &soup, rng)?.soup)
+            let specs = ["mirror transform", "points:count=3000", "print:size=100", "simplify:ratio=0.5"];
+            let bent = (i % 4 == 3).then(|| warped(&soup, WAVE, BENT, rng));
+            let specs = parse_list(specs[i as usize % specs.len()])?;
+            Ok(apply_all(&specs, bent.as_ref().unwrap_or(&soup), rng)?.soup)
         };
         let kit = |case: &Case, rng: &mut ChaCha8Rng, i: u64| -> anyhow::Result<Soup> {
             let soup = rearranged(case.soup(), rng);
@@ -163,7 +218,13 @@ impl Innocent {
             Ok(apply_all(&parse_list(specs)?, &soup, rng)?.soup)
         };
         Ok(vec![
-            Self::of("mirror images, point clouds, simulated prints", method, &balls, suspects, image)?,
+            Self::of(
+                "mirror images, point clouds, simulated prints, warps",
+                method,
+                &balls,
+                suspects,
+                image,
+            )?,
             Self::of("kits, laid elsewhere", method, &kits, suspects / 2, kit)?,
         ])
     }

@@ -41,7 +41,7 @@ pub(crate) struct Calibrate {
     /// Unmarked suspects for the whole detection; 1000 take some minutes, and 0 leaves this part out.
     #[arg(long, default_value_t = 0)]
     pipeline: u64,
-    /// Only the looks at mirror images, kits and point clouds, by the robust method: `calibration-looks.json` and `.svg`. The
+    /// Only the looks at mirror images, kits, point clouds and warps, by the robust method: `calibration-looks.json` and `.svg`. The
     /// pipeline's suspects then ask for these looks, and half as many are kits.
     #[arg(long)]
     looks: bool,
@@ -150,11 +150,11 @@ fn run_looks(args: &Calibrate, folder: &Path) -> anyhow::Result<()> {
     for which in 0..looks::KINDS.len() {
         let suspects = looks::suspects(which, args.method.preset(), &cases)?;
         if suspects.is_empty() {
-            bail!("the search showed nothing of {}", looks::KINDS[which].0);
+            bail!("the search showed nothing of {}", looks::KINDS[which].name);
         }
         // Streams beside those of the usual kinds.
         let stream = 200 + which as u64;
-        kinds.push(Calibrated::new(looks::KINDS[which].0, stream, &suspects, args.keys, &bar)?);
+        kinds.push(Calibrated::new(looks::KINDS[which].name, stream, &suspects, args.keys, &bar)?);
     }
     bar.finish_and_clear();
     kinds.iter().for_each(Calibrated::print);
