@@ -10,8 +10,9 @@ use crate::candidates::candidates;
 use crate::carry::{Shifts, carry};
 use crate::evidence::Evidence;
 use crate::planes::Planes;
+use crate::sight::Sight;
 use crate::surface::Surface;
-use crate::turning::{turned, turned_by_all, unevenness};
+use crate::turning::{expected, sum, turned, unevenness};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_mesh::{BoundingBox, Soup, smoothing_modes};
@@ -74,7 +75,7 @@ pub enum FieldsError {
 #[non_exhaustive]
 pub struct Fields {
     /// v' = v + ε Σ w_i D_i(v). With standard Gaussian w normals turn by ε radians: root mean square by area, in
-    /// expectation over w, to first order.
+    /// expectation over w, to first order; less where the surface would move too far, or where too much would be seen ([`Sight`]).
     pub columns: Vec<Field>,
     /// How many planar regions were found and kept planar.
     pub planes: usize,
@@ -138,11 +139,14 @@ impl Fields {
         progress.advance(1);
 
         let at = carry(progressive, points, &full.triangles, &planes, &chosen);
-        let turned = turned_by_all(&full, &at);
+        let turns = expected(&full, &at);
+        let turned = sum(&turns);
         if !(turned > 0.0 && turned.is_finite()) {
             return Err(FieldsError::None);
         }
-        let scale = (full.area / turned).sqrt() * within_reach(&full, &at, turned, options);
+        let unit = (full.area / turned).sqrt();
+        let room = Sight::on(&full, &at, &turns, planes.count() > 0).room() / unit;
+        let scale = unit * within_reach(&full, &at, turned, options).min(room);
         let mut columns: Vec<Field> = vec![Vec::new(); chosen.len()];
         for (v, here) in (0..).zip(&at) {
             here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));

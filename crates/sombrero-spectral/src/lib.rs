@@ -11,6 +11,7 @@ mod lanczos;
 mod patches;
 mod piece;
 mod planes;
+mod sight;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -18,4 +19,4 @@ mod turning;
 mod visibility;
 
 pub use fields::{Field, Fields, FieldsError, FieldsOptions};
-pub use turning::expected_turns;
+pub use sight::Sight;

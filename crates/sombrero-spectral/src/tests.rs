@@ -57,6 +57,46 @@ fn normals_turn_by_as_much_as_was_asked_for() {
     assert!((turn / epsilon - 1.0).abs() < 0.01, "{turn}");
 }
 
+/// A machined part, whose flats are bent: what is expected is the sum over fields of what each does, and no more than may be
+/// seen.
+#[test]
+fn what_is_seen_of_flat_edges_is_told_and_limited() {
+    let (fields, points, triangles) = fields(&shapes::part(4), &few());
+    let surface = |points: &[Point3<f64>]| crate::surface::Surface::new(points.to_vec(), triangles.clone());
+    let before = surface(&points);
+    let angle = |s: &crate::surface::Surface, hinge: &crate::surface::Hinge| {
+        let [n, m] = hinge.faces.map(|f| s.normals[f as usize]);
+        let [a, b] = hinge.ends.map(|v| s.points[v as usize]);
+        libm::atan2(n.cross(&m).dot(&(b - a).normalize()), n.dot(&m))
+    };
+    let flat = |hinge: &&crate::surface::Hinge| angle(&before, hinge).abs() < 2f64.to_radians();
+    let length = |hinge: &crate::surface::Hinge| {
+        (before.points[hinge.ends[0] as usize] - before.points[hinge.ends[1] as usize]).norm()
+    };
+    let epsilon = 1e-5;
+    let (mut bent, mut total) = (0.0, 0.0);
+    for hinge in before.hinges.iter().filter(flat) {
+        total += length(hinge);
+    }
+    let mut at = vec![Vec::new(); points.len()];
+    for (i, column) in (0..).zip(&fields.columns) {
+        let mut moved = points.clone();
+        for (v, d) in column {
+            moved[*v as usize] += d * epsilon;
+            at[*v as usize].push((i, *d));
+        }
+        let after = surface(&moved);
+        for hinge in before.hinges.iter().filter(flat) {
+            bent += length(hinge) * ((angle(&after, hinge) - angle(&before, hinge)) / epsilon).powi(2);
+        }
+    }
+    let sight = crate::Sight::of(&points, &triangles, &at);
+    let expected = sight.flat_edges.unwrap();
+    let seen = (bent / total).sqrt();
+    assert!((seen / expected - 1.0).abs() < 0.01, "{seen} {expected}");
+    assert!(sight.room() > 1.0 - 1e-9 && sight.normals_rms < 1.0 + 1e-9, "{sight:?}");
+}
+
 #[test]
 fn the_same_bits_for_any_number_of_threads() {
     let soup = shapes::bust(14);

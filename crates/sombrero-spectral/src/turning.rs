@@ -4,7 +4,7 @@ use crate::Field;
 use crate::carry::Here;
 use crate::surface::Surface;
 use crate::visibility::{Term, face_terms};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 /// |dn|² of each face that turns.
@@ -39,47 +39,35 @@ pub(crate) fn unevenness(surface: &Surface, turns: &[Vec<(u32, f64)>], sums: &[f
     turns.iter().zip(sums).map(of_field).collect()
 }
 
-/// How far normals of a surface turn when fields have standard Gaussian coefficients: the expectation of |dn|² for each face, in
-/// radians squared. `at` has for each point what each field does there, in order of fields.
-///
-/// # Panics
-/// When a corner is not below the number of points, or `at` is shorter.
-pub fn expected_turns(
-    points: &[Point3<f64>],
-    triangles: &[[u32; 3]],
-    at: &[Vec<(u32, Vector3<f64>)>],
-) -> Vec<f64> {
-    let surface = Surface::new(points.to_vec(), triangles.to_vec());
-    let square = |f: usize| match surface.areas[f] {
-        area if area > 0.0 => turned_by_each(&surface, at, f) / area,
-        _ => 0.0,
-    };
-    (0..triangles.len()).into_par_iter().with_min_len(CHUNK).map(square).collect()
-}
-
 /// Faces that one task takes.
 const CHUNK: usize = 4096;
 
-/// Σ A |dn|² over faces and fields.
-pub(crate) fn turned_by_all(surface: &Surface, at: &[Here]) -> f64 {
-    let faces: Vec<usize> = (0..surface.triangles.len()).collect();
-    let sum = |chunk: &[usize]| chunk.iter().map(|&f| turned_by_each(surface, at, f)).sum();
-    let parts: Vec<f64> = faces.par_chunks(CHUNK).map(sum).collect();
-    parts.iter().sum()
+/// The expectation of A |dn|² of each face when fields have standard Gaussian coefficients. `at` has for each point what each
+/// field does there, in order of fields.
+pub(crate) fn expected(surface: &Surface, at: &[Here]) -> Vec<f64> {
+    let turned = |f: usize| {
+        let [along, across, ..] = face_terms(surface, f);
+        expectation([&along, &across], at)
+    };
+    (0..surface.triangles.len()).into_par_iter().with_min_len(CHUNK).map(turned).collect()
 }
 
-/// Σ A |dn|² over fields, of one face.
-fn turned_by_each(surface: &Surface, at: &[Here], face: usize) -> f64 {
-    let mut sums: Vec<(u32, [f64; 2])> = Vec::new();
-    let terms = face_terms(surface, face);
-    for (k, &v) in surface.triangles[face].iter().enumerate() {
-        for (i, d) in &at[v as usize] {
-            let turned = [terms[0].gradients[k].dot(d), terms[1].gradients[k].dot(d)];
+/// The sum, by pieces of a fixed size.
+pub(crate) fn sum(turned: &[f64]) -> f64 {
+    turned.chunks(CHUNK).map(|chunk| chunk.iter().sum::<f64>()).sum()
+}
+
+/// Σ over fields of the squares of what they do to the terms, which are of the same vertices.
+pub(crate) fn expectation<const N: usize>(terms: [&Term; N], at: &[Here]) -> f64 {
+    let mut sums: Vec<(u32, [f64; N])> = Vec::new();
+    for k in 0..terms[0].count {
+        for (i, d) in &at[terms[0].vertices[k] as usize] {
+            let done = terms.map(|term| term.gradients[k].dot(d));
             match sums.binary_search_by_key(i, |e| e.0) {
-                Ok(place) => (0..2).for_each(|a| sums[place].1[a] += turned[a]),
-                Err(place) => sums.insert(place, (*i, turned)),
+                Ok(place) => (0..N).for_each(|a| sums[place].1[a] += done[a]),
+                Err(place) => sums.insert(place, (*i, done)),
             }
         }
     }
-    sums.iter().map(|(_, [a, b])| a * a + b * b).sum::<f64>()
+    sums.iter().map(|(_, done)| done.iter().map(|x| x * x).sum::<f64>()).sum()
 }

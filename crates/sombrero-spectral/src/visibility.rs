@@ -69,20 +69,27 @@ pub(crate) fn face_terms(surface: &Surface, face: usize) -> [Term; 5] {
     ]
 }
 
-/// The change of the dihedral angle.
+/// The change of the dihedral angle, with its weight.
 pub(crate) fn hinge_term(surface: &Surface, hinge: &Hinge) -> Option<Term> {
+    let [first, second] = hinge.faces.map(|f| f as usize);
+    let cosine = surface.normals[first].dot(&surface.normals[second]);
+    let crease = if cosine < CREASE_COSINE { CREASE } else { 1.0 };
+    let [a, b] = hinge.ends.map(|v| surface.points[v as usize]);
+    let areas = surface.areas[first] + surface.areas[second];
+    bend(surface, hinge, (3.0 * crease / areas).sqrt() * (b - a).norm() * BENDING * surface.side)
+}
+
+/// The change of the dihedral angle times `weight`; `None` beside faces without area.
+pub(crate) fn bend(surface: &Surface, hinge: &Hinge, weight: f64) -> Option<Term> {
     let [i, j] = hinge.ends.map(|v| surface.points[v as usize]);
     let edge = j - i;
     let length = edge.norm();
     let [first, second] = hinge.faces.map(|f| f as usize);
     let [n, m] = [first, second].map(|f| surface.normals[f]);
-    let areas = surface.areas[first] + surface.areas[second];
     if length <= 0.0 || n == Vector3::zeros() || m == Vector3::zeros() {
         return None;
     }
     let direction = edge / length;
-    let crease = if n.dot(&m) < CREASE_COSINE { CREASE } else { 1.0 };
-    let weight = (3.0 * crease / areas).sqrt() * length * BENDING * surface.side;
     let [a, b] = hinge.ends;
     let vertices = [a, b, hinge.opposite[0], hinge.opposite[1]];
     let mut gradients = [Vector3::zeros(); 4];

@@ -23,7 +23,7 @@ mod walls;
 use nalgebra::Vector3;
 use sombrero_basis::Basis;
 use sombrero_coupling::{Assembly, Coupling};
-use sombrero_mesh::Facets;
+use sombrero_spectral::Sight;
 use walls::Walls;
 
 /// How much stronger functions are made at most where no wall limits them.
@@ -56,11 +56,13 @@ pub(crate) fn kept_apart(
         let by_function = functions::limited(basis, changes, walls.pairs.len(), gain);
         if left(&by_function, basis) >= left(&by_point, basis) { by_function } else { by_point }
     };
-    let whole = Turning::of(&displacements, assembly);
+    let seen =
+        |displacements: &[Displacements]| Sight::of(assembly.points, assembly.triangles, displacements);
+    let whole = seen(&displacements);
     let (mut gain, mut kept) = (1.0, limited(1.0));
     for _ in 0..ROUNDS {
-        let now = Turning::of(&self::displacements(&kept), assembly);
-        let higher = (gain * now.room(&whole)).min(GAIN);
+        let now = seen(&self::displacements(&kept));
+        let higher = (gain * room(&now, &whole)).min(GAIN);
         if higher <= gain {
             break;
         }
@@ -82,39 +84,12 @@ fn displacements(basis: &Basis) -> Vec<Displacements> {
     at
 }
 
-/// How far normals turn for standard Gaussian coefficients, in radians.
-struct Turning {
-    /// Root mean square by area.
-    rms: f64,
-    /// What a hundredth of the area exceeds.
-    tail: f64,
-}
-
-impl Turning {
-    fn of(displacements: &[Displacements], assembly: &Assembly<'_>) -> Self {
-        let turns = sombrero_spectral::expected_turns(assembly.points, assembly.triangles, displacements);
-        let areas = Facets::new(assembly.points, assembly.triangles).areas;
-        let area: f64 = areas.iter().sum();
-        let rms = (turns.iter().zip(&areas).map(|(t, a)| t * a).sum::<f64>() / area).sqrt();
-        // |dn| of a face, Gaussian in two directions, exceeds q with probability exp(-q²/E|dn|²).
-        let beyond = |q: f64| {
-            let tails = turns.iter().zip(&areas).filter(|(t, _)| **t > 0.0);
-            tails.map(|(t, a)| a * libm::exp(-q * q / t)).sum::<f64>() / area
-        };
-        const HALVINGS: usize = 30;
-        let (mut low, mut high) = (0.0, 3.0 * turns.iter().copied().fold(0.0, f64::max).sqrt());
-        for _ in 0..HALVINGS {
-            let middle = (low + high) / 2.0;
-            if beyond(middle) > 0.01 { low = middle } else { high = middle }
-        }
-        Self { rms, tail: high }
-    }
-
-    /// How much stronger all may become, given how far normals turned before anything was limited.
-    fn room(&self, whole: &Self) -> f64 {
-        let room = (whole.rms / self.rms).min(TAIL * whole.rms / self.tail);
-        if room.is_finite() { room } else { 1.0 }
-    }
+/// How much stronger all may become, given what was seen before anything was limited.
+fn room(now: &Sight, whole: &Sight) -> f64 {
+    let room = (whole.normals_rms / now.normals_rms)
+        .min(TAIL * whole.normals_rms / now.normals_tail)
+        .min(now.room());
+    if room.is_finite() { room } else { 1.0 }
 }
 
 /// Σ_i log(0.01 + the share of function i's squares that is left).
