@@ -145,7 +145,7 @@ impl Fields {
             return Err(FieldsError::None);
         }
         let unit = (full.area / turned).sqrt();
-        let room = Sight::on(&full, &at, &turns, planes.count() > 0).room() / unit;
+        let room = Sight::on(&full, &at, &turns, planes.of_face()).room() / unit;
         let scale = unit * within_reach(&full, &at, turned, options).min(room);
         let mut columns: Vec<Field> = vec![Vec::new(); chosen.len()];
         for (v, here) in (0..).zip(&at) {

@@ -48,6 +48,11 @@ struct Junction {
 }
 
 impl Planes {
+    /// The region of each face.
+    pub(crate) fn of_face(&self) -> &[Option<u32>] {
+        &self.of_face
+    }
+
     /// Finds them.
     pub(crate) fn find(surface: &Surface) -> Self {
         let PlanarRegions { normals, of_face, .. } =

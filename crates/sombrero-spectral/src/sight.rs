@@ -16,11 +16,13 @@ pub struct Sight {
     pub normals_rms: f64,
     /// What the normals of a hundredth of the area turn by at least.
     pub normals_tail: f64,
-    /// How far edges bend that were flat: root mean square by length. `None` on surfaces without a planar region, where
-    /// nobody looks for it, and without flat edges.
+    /// How far edges bend that were flat: root mean square by length. `None` without flat edges, and where planar regions are
+    /// less than a quarter of the surface: on free forms edges are flat where triangles are small, and nobody sees it.
     pub flat_edges: Option<f64>,
 }
 
+/// The share of planar regions from which a surface is that of a machined part.
+const MACHINED: f64 = 0.25;
 /// What a hundredth of the area may turn by, in what all normals are to turn by: 0.8 degrees of 0.22.
 const TAIL: f64 = 3.6;
 /// What flat edges may bend by: 0.063 degrees of 0.22, in expectation; medians of three marks were 0.058 and 0.060.
@@ -35,16 +37,18 @@ impl Sight {
     /// When a corner is not below the number of points, or `at` is shorter.
     pub fn of(points: &[Point3<f64>], triangles: &[[u32; 3]], at: &[Vec<(u32, Vector3<f64>)>]) -> Self {
         let surface = Surface::new(points.to_vec(), triangles.to_vec());
-        let planar = !PlanarRegions::find(points, triangles, surface.side).normals.is_empty();
-        Self::on(&surface, at, &expected(&surface, at), planar)
+        let regions = PlanarRegions::find(points, triangles, surface.side).of_face;
+        Self::on(&surface, at, &expected(&surface, at), &regions)
     }
 
-    /// The same, given A |dn|² of each face and whether there are planar regions.
-    pub(crate) fn on(surface: &Surface, at: &[Here], turned: &[f64], planar: bool) -> Self {
+    /// The same, given A |dn|² of each face and the planar region of each.
+    pub(crate) fn on(surface: &Surface, at: &[Here], turned: &[f64], regions: &[Option<u32>]) -> Self {
+        let planar: f64 =
+            surface.areas.iter().zip(regions).filter(|(_, r)| r.is_some()).map(|(a, _)| a).sum();
         Self {
             normals_rms: (turned.iter().sum::<f64>() / surface.area).sqrt(),
             normals_tail: tail(surface, turned),
-            flat_edges: planar.then(|| flat_edges(surface, at)).flatten(),
+            flat_edges: (planar >= MACHINED * surface.area).then(|| flat_edges(surface, at)).flatten(),
         }
     }
 
