@@ -112,7 +112,7 @@ pub(crate) fn each<T>(
                 *count += 1;
             }
             Err(failure) => {
-                failure.report_for(words.role, input, context.json);
+                context.report(&failure, words.role, input);
                 counts.failed += 1;
             }
         }

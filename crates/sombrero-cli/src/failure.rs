@@ -3,12 +3,13 @@
 use crate::terminal::{complain, say};
 use serde::Serialize;
 use sombrero::io::{ParseError, ReadError};
+use std::error::Error;
+use std::fmt::{self, Display, Formatter};
 use std::path::Path;
-use std::process::ExitCode;
 
 /// A failure. Serializes as the object under `error`.
 #[derive(Debug, Clone, Serialize)]
-pub(crate) struct Failure {
+pub struct Failure {
     /// One word for programs: usage, read, write, mesh, key, keys, secret, recipients, prepared, suspect,
     /// needs_resampling, attack, report, timestamp, catalogue, vault, passphrase, internal.
     kind: &'static str,
@@ -27,22 +28,23 @@ impl Failure {
     }
 
     /// The sentence, without an end.
-    pub(crate) fn message(&self) -> &str {
+    pub fn message(&self) -> &str {
         &self.message
     }
 
+    /// The word for programs.
+    pub fn kind(&self) -> &'static str {
+        self.kind
+    }
+
     /// Prints it and gives the exit status.
-    pub(crate) fn report(&self, json: bool) -> ExitCode {
-        self.print(serde_json::json!({ "error": self }), json);
-        ExitCode::from(2)
+    pub(crate) fn report(&self, json: bool) -> u8 {
+        self.print(&serde_json::json!({ "error": self }), json);
+        2
     }
 
-    /// Prints it as one of several answers: in JSON the object also names the input by its role.
-    pub(crate) fn report_for(&self, role: &str, input: &Path, json: bool) {
-        self.print(serde_json::json!({ role: input.display().to_string(), "error": self }), json);
-    }
-
-    fn print(&self, object: serde_json::Value, json: bool) {
+    /// Prints it, or for programs this object.
+    pub(crate) fn print(&self, object: &serde_json::Value, json: bool) {
         if json {
             // When nobody listens the status still tells.
             let _ = say(&object.to_string());
@@ -51,6 +53,14 @@ impl Failure {
         }
     }
 }
+
+impl Display for Failure {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl Error for Failure {}
 
 impl From<ReadError> for Failure {
     fn from(error: ReadError) -> Self {

@@ -1,6 +1,7 @@
 //! Reading keys and secrets, and care with outputs.
 
 use crate::answer::{Answer, Context, Outcome};
+use crate::desk::Desk;
 use crate::failure::Failure;
 use sombrero::PreparedBasis;
 use sombrero::io::{
@@ -19,15 +20,18 @@ pub(crate) fn is_standard(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// A mesh from a file or from standard input.
-pub(crate) fn read_mesh(path: &Path, limits: Limits) -> Result<Document, Failure> {
-    if !is_standard(path) {
-        return Ok(Document::read_within(path, limits)?);
+/// A mesh from memory, from a file or from standard input.
+pub(crate) fn read_mesh(path: &Path, context: &Context) -> Result<Document, Failure> {
+    let limits = context.limits;
+    let parsed = |bytes, path: &Path| {
+        let parsed = Document::parse_within(bytes, None, limits);
+        Ok(parsed.map_err(|source| ReadError::Parse { path: path.to_owned(), source })?)
+    };
+    match context.desk.file(path) {
+        Some(content) => parsed(content.to_vec(), path),
+        None if is_standard(path) => parsed(read_standard_input(limits)?, Path::new("standard input")),
+        None => Ok(Document::read_within(path, limits)?),
     }
-    let name = || PathBuf::from("standard input");
-    let bytes = read_standard_input(limits)?;
-    let parsed = Document::parse_within(bytes, None, limits);
-    Ok(parsed.map_err(|source| ReadError::Parse { path: name(), source })?)
 }
 
 fn read_standard_input(limits: Limits) -> Result<Vec<u8>, Failure> {
@@ -149,6 +153,14 @@ fn close(_: &Path) -> Result<bool, Failure> {
     Ok(false)
 }
 
+/// Writes all files or none, those that stay in memory last.
+pub(crate) fn write_with(outputs: &[Output<'_>], force: bool, desk: &Desk) -> Result<(), Failure> {
+    let (kept, written): (Vec<Output<'_>>, Vec<_>) = outputs.iter().partition(|o| desk.takes(o.path));
+    write_all(&written, force)?;
+    kept.iter().for_each(|output| desk.put(output.path, output.bytes));
+    Ok(())
+}
+
 /// Writes all files or none; the one to standard output last, when nothing else can fail.
 pub(crate) fn write_all(outputs: &[Output<'_>], force: bool) -> Result<(), Failure> {
     let (standard, files): (Vec<Output<'_>>, Vec<_>) = outputs.iter().partition(|o| is_standard(o.path));
@@ -195,6 +207,11 @@ pub(crate) fn read_key(path: &Path) -> Result<Key, Failure> {
     parse_key(path, &read_key_file(path)?)
 }
 
+/// The content of a key file, from memory or from a disk.
+pub(crate) fn key_file(path: &Path, desk: &Desk) -> Result<Vec<u8>, Failure> {
+    desk.file_or(path, || read_key_file(path))
+}
+
 /// The content of a key file.
 pub(crate) fn read_key_file(path: &Path) -> Result<Vec<u8>, Failure> {
     read_small(path, LARGEST_KEY, "a key that `embed` wrote")
@@ -221,13 +238,13 @@ pub(crate) fn read_prepared(path: &Path, key: &Key, limits: Limits) -> Result<Pr
 const SECRET: &str = "SOMBRERO_SECRET";
 
 /// The secret in a file of 64 hexadecimal digits, or in the environment, if one is given.
-pub(crate) fn given_secret(path: Option<&Path>) -> Result<Option<Secret>, Failure> {
+pub(crate) fn given_secret(path: Option<&Path>, desk: &Desk) -> Result<Option<Secret>, Failure> {
     let (text, place) = match (path, std::env::var_os(SECRET)) {
-        (Some(path), _) => (
-            String::from_utf8_lossy(&read_small(path, 4096, "a file with 64 hexadecimal digits")?)
-                .into_owned(),
-            path,
-        ),
+        (Some(path), _) => {
+            let read = || read_small(path, 4096, "a file with 64 hexadecimal digits");
+            let content = desk.file_or(path, read)?;
+            (String::from_utf8_lossy(&content).into_owned(), path)
+        }
         (None, Some(value)) => (value.to_string_lossy().into_owned(), Path::new(SECRET)),
         (None, None) => return Ok(None),
     };

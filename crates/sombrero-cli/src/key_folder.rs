@@ -1,5 +1,6 @@
 //! A folder of keys.
 
+use crate::desk::Desk;
 use crate::failure::Failure;
 use crate::files;
 use crate::table::Table;
@@ -70,12 +71,14 @@ pub(crate) struct KeyFolder {
 impl KeyFolder {
     /// Every key below `folder`, in the order of the names. Files that are no keys are passed over; damaged keys
     /// are told of.
-    pub(crate) fn read(folder: &Path) -> Result<Self, Failure> {
-        let mut files = Vec::new();
-        list(folder, DEEPEST, &mut files)?;
+    pub(crate) fn read(folder: &Path, desk: &Desk) -> Result<Self, Failure> {
+        let mut files = desk.folder(folder).unwrap_or_default();
+        if files.is_empty() {
+            list(folder, DEEPEST, &mut files)?;
+        }
         let (mut paths, mut keys, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
         for path in files {
-            let bytes = match files::read_key_file(&path) {
+            let bytes = match files::key_file(&path, desk) {
                 Ok(bytes) if bytes.trim_ascii_start().starts_with(b"{") => bytes,
                 // Meshes, pages, prepared files.
                 Ok(_) => continue,

@@ -7,26 +7,36 @@ mod batch;
 mod catalogue;
 mod cli;
 mod commands;
+mod desk;
 mod failure;
 mod fidelity;
 mod files;
 mod key_folder;
 mod lengths;
+mod program;
 mod progress;
 mod table;
 mod terminal;
 mod timestamp;
 
+pub use desk::Desk;
+pub use failure::Failure;
+pub use program::{Detecting, answers};
+
 use answer::{Context, Outcome};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use cli::{Cli, Command};
-use failure::Failure;
 use progress::Verbosity;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Runs the program with these arguments, the first being its name: parse, work, print.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    ExitCode::from(status(arguments))
+}
+
+/// The exit status of [`run`].
+pub fn status(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let cli = match Cli::parse_from_typed(&arguments) {
         Ok(cli) => cli,
@@ -37,7 +47,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         (false, true) => Verbosity::Stages,
         (false, false) => Verbosity::Usual,
     });
-    let context = Context { limits: cli.limits(), json: cli.json, quiet: cli.quiet };
+    let desk = Desk::default();
+    let context =
+        Context { limits: cli.limits(), json: cli.json, quiet: cli.quiet, desk: &desk, collected: None };
     let status = match set_threads(cli.threads).and_then(|()| work(&cli.command, &context)) {
         Ok(Outcome::Printed(status)) => Ok(status),
         // An answer that cannot be printed cannot be complained of on the same way out.
@@ -45,7 +57,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(Outcome::Aside(answer)) => context.print(&answer, true).map_err(|failure| (failure, false)),
         Err(failure) => Err((failure, cli.json)),
     };
-    status.map_or_else(|(failure, json)| failure.report(json), ExitCode::from)
+    status.unwrap_or_else(|(failure, json)| failure.report(json))
 }
 
 fn work(command: &Command, context: &Context) -> Result<Outcome, Failure> {
@@ -119,19 +131,23 @@ fn suggestion(error: &clap::Error) -> Option<String> {
 }
 
 /// Help and version go to stdout with status 0; wrong usage is a failure like any other, in one sentence.
-fn usage(error: &clap::Error, json: bool) -> ExitCode {
+fn usage(error: &clap::Error, json: bool) -> u8 {
     let help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
     if error.use_stderr() && (json || !help) {
-        let text = error.to_string();
-        // The first paragraph says what is wrong, line by line; the rest is advice on usage.
-        let paragraph: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
-        let sentence = paragraph.join(" ");
-        let sentence = sentence.trim_start_matches("error: ");
-        let cure =
-            suggestion(error).map_or_else(|| "see --help".to_owned(), |it| format!("did you mean `{it}`?"));
-        return Failure::new("usage", format!("{sentence}; {cure}")).report(json);
+        return wrong_usage(error).report(json);
     }
     // A closed pipe is no reason to panic.
     let _ = error.print();
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    u8::try_from(error.exit_code()).unwrap_or(2)
+}
+
+fn wrong_usage(error: &clap::Error) -> Failure {
+    let text = error.to_string();
+    // The first paragraph says what is wrong, line by line; the rest is advice on usage.
+    let paragraph: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+    let sentence = paragraph.join(" ");
+    let sentence = sentence.trim_start_matches("error: ");
+    let cure =
+        suggestion(error).map_or_else(|| "see --help".to_owned(), |it| format!("did you mean `{it}`?"));
+    Failure::new("usage", format!("{sentence}; {cure}"))
 }

@@ -1,6 +1,8 @@
 //! The originals of a catalogue and their keys, wherever they are.
 
 use super::vault_of;
+use crate::answer::Context;
+use crate::desk::Desk;
 use crate::failure::Failure;
 use crate::files;
 use crate::key_folder::KeyFolder;
@@ -35,10 +37,10 @@ impl Originals {
         catalogue: &Path,
         opened: Option<Opened>,
         folder: Option<KeyFolder>,
-        limits: Limits,
+        context: &Context,
     ) -> Result<Self, Failure> {
-        let folder = folder.map(by_original).transpose()?;
-        Ok(Self { catalogue: catalogue.to_owned(), opened, folder, limits })
+        let folder = folder.map(|folder| by_original(folder, context.desk)).transpose()?;
+        Ok(Self { catalogue: catalogue.to_owned(), opened, folder, limits: context.limits })
     }
 
     /// The keys of an original, each once. Of one that is kept with and without a timestamp, that with it.
@@ -107,10 +109,10 @@ impl Originals {
     }
 }
 
-fn by_original(folder: KeyFolder) -> Result<BTreeMap<[u8; 32], Vec<KeptKey>>, Failure> {
+fn by_original(folder: KeyFolder, desk: &Desk) -> Result<BTreeMap<[u8; 32], Vec<KeptKey>>, Failure> {
     let mut by_original: BTreeMap<[u8; 32], Vec<KeptKey>> = BTreeMap::new();
     for (path, key) in folder.paths.into_iter().zip(folder.keys) {
-        let bytes = files::read_key_file(&path)?;
+        let bytes = files::key_file(&path, desk)?;
         by_original.entry(key.original_sha256).or_default().push(KeptKey { path, bytes, key });
     }
     Ok(by_original)

@@ -45,16 +45,17 @@ struct Report {
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
     files::check_standard_output(&args.output, context)?;
-    files::check_outputs(&[&args.output], &[&args.input], args.force)?;
+    files::check_outputs(&context.desk.on_disk(&[&args.output]), &[&args.input], args.force)?;
     let _progress = Progress::new(format!("attacking {}", args.input.display()));
-    let document = files::read_mesh(&args.input, context.limits)?;
+    let document = files::read_mesh(&args.input, context)?;
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     let attacked =
         attack(&document, &args.attacks, &mut rng).map_err(|e| Failure::about("attack", &args.input, &e))?;
     let other = other_format(&args.output, &document);
     let encoded = other.map(|format| encode(format, &attacked.soup)).transpose()?;
     let bytes = encoded.as_deref().unwrap_or(&attacked.bytes);
-    files::write_all(&[Output { path: &args.output, bytes, access: Access::Usual }], args.force)?;
+    let output = Output { path: &args.output, bytes, access: Access::Usual };
+    files::write_with(&[output], args.force, context.desk)?;
     let kept_file = attacked.kept_file && other.is_none();
     let report = Report {
         output: args.output.display().to_string(),

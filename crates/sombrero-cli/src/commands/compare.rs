@@ -22,7 +22,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     files::check_outputs(&[], &[&args.a, &args.b], false)?;
     let _progress = Progress::new("comparing");
-    let (a, b) = (files::read_mesh(&args.a, context.limits)?, files::read_mesh(&args.b, context.limits)?);
+    let (a, b) = (files::read_mesh(&args.a, context)?, files::read_mesh(&args.b, context)?);
     let c = compare(&a, &b).map_err(|e| failure(args, &e))?;
     let moved = c.vertex_rms.zip(c.vertex_max);
     // Of two units none can be said.

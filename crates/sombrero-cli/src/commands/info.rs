@@ -19,7 +19,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("reading {}", args.mesh.display()));
-    let info = info(&files::read_mesh(&args.mesh, context.limits)?);
+    let info = info(&files::read_mesh(&args.mesh, context)?);
     Answer::new(text(args, &info), &info)
 }
 

@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     files::check_outputs(&[&path], &[&args.original, &args.key], args.force)?;
     let _progress = Progress::new(format!("preparing {}", args.original.display()));
     let key = files::read_key(&args.key)?;
-    let original = files::read_mesh(&args.original, context.limits)?;
+    let original = files::read_mesh(&args.original, context)?;
     let detector = Detector::new(&original, key).map_err(|e| Failure::about("key", &args.key, &e))?;
     let bytes = detector.prepared_basis();
     // The basis tells of the original's shape, which is as private as the key.

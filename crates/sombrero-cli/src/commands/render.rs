@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use nalgebra::Vector3;
 use serde::Serialize;
 use sombrero::Model;
-use sombrero::io::{Access, Limits, Output};
+use sombrero::io::{Access, Output};
 use sombrero::mesh::Soup;
 use sombrero::render::{Camera, HeatMap, RenderOptions, Wireframe, render, used_points};
 use sombrero::spatial::Surface;
@@ -69,9 +69,9 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
         return Err(Failure::new("usage", message));
     }
     let _progress = Progress::new(format!("drawing {}", args.mesh.display()));
-    let soup = read(&args.mesh, context.limits)?;
+    let soup = read(&args.mesh, context)?;
     let distances = match &args.compare {
-        Some(other) => Some(distances(&soup, &read(other, context.limits)?)),
+        Some(other) => Some(distances(&soup, &read(other, context)?)),
         None => None,
     };
     let scale =
@@ -104,8 +104,8 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
 }
 
 /// A mesh with something to draw. Vertices of equal position are one, so that seams do not show.
-fn read(path: &Path, limits: Limits) -> Result<Soup, Failure> {
-    let soup = Model::new(files::read_mesh(path, limits)?.soup()).soup().clone();
+fn read(path: &Path, context: &Context) -> Result<Soup, Failure> {
+    let soup = Model::new(files::read_mesh(path, context)?.soup()).soup().clone();
     if soup.triangles.is_empty() {
         let message =
             format!("{}: the file has no usable face; a picture needs triangles or polygons", path.display());

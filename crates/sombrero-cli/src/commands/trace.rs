@@ -65,10 +65,10 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     files::check_outputs(&[], &[&args.suspect, &args.original], false)?;
     let _progress = Progress::new(format!("tracing {}", args.suspect.display()));
     let start = Instant::now();
-    let KeyFolder { paths, keys, mut skipped } = KeyFolder::read(&args.keys)?;
+    let KeyFolder { paths, keys, mut skipped } = KeyFolder::read(&args.keys, context.desk)?;
     let recipients: Vec<String> = keys.iter().map(|key| key.identity.recipient.clone()).collect();
-    let original = files::read_mesh(&args.original, context.limits)?;
-    let suspect = files::read_mesh(&args.suspect, context.limits)?;
+    let original = files::read_mesh(&args.original, context)?;
+    let suspect = files::read_mesh(&args.suspect, context)?;
     let failed = |e: &DetectError| match e {
         DetectError::Basis(_) => Failure::about("keys", &args.keys, e),
         DetectError::NoFaces { which: "original" } => Failure::about("mesh", &args.original, e),

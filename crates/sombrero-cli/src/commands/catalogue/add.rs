@@ -3,6 +3,7 @@
 use crate::answer::{Answer, Context, Outcome};
 use crate::batch::{self, Inputs, Words};
 use crate::catalogue::{Added, Adding, Described, LockArgs};
+use crate::desk::Desk;
 use crate::failure::Failure;
 use crate::files;
 use crate::key_folder::KeyFolder;
@@ -58,7 +59,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
             described = now
                 .par_iter()
                 .map(|(path, name)| {
-                    Described::new(files::read_mesh(path, context.limits)?, path, name.clone(), known)
+                    Described::new(files::read_mesh(path, context)?, path, name.clone(), known)
                 })
                 .collect();
             waiting = later;
@@ -100,7 +101,7 @@ impl Keys {
             (_, false) => Ok(Self::Nothing),
             (None, true) => Ok(Self::Beside),
             (Some(folder), true) => {
-                let KeyFolder { paths, keys, .. } = KeyFolder::read(folder)?;
+                let KeyFolder { paths, keys, .. } = KeyFolder::read(folder, &Desk::default())?;
                 let mut of: BTreeMap<[u8; 32], Vec<PathBuf>> = BTreeMap::new();
                 for (path, key) in paths.into_iter().zip(keys) {
                     of.entry(key.original_sha256).or_default().push(path);

@@ -50,7 +50,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
         return Err(Failure::new("catalogue", message));
     };
     let opened = args.unlock.unlock(&vault)?;
-    let originals = Originals::new(&args.catalogue, Some(opened), None, context.limits)?;
+    let originals = Originals::new(&args.catalogue, Some(opened), None, context)?;
     let original = export(args, &originals, &entry)?;
     let keys = match &args.keys {
         Some(folder) => export_keys(args, &originals, &entry, folder)?,

@@ -30,8 +30,8 @@ struct Report {
 
 pub(super) fn run(args: &Args, folder: &Path, context: &Context) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("verifying the keys in {}", folder.display()));
-    let KeyFolder { paths, keys, mut skipped } = KeyFolder::read(folder)?;
-    let original = files::read_mesh(&args.input, context.limits)?;
+    let KeyFolder { paths, keys, mut skipped } = KeyFolder::read(folder, context.desk)?;
+    let original = files::read_mesh(&args.input, context)?;
     let mut genuine = Vec::new();
     for ((path, key), checked) in paths.into_iter().zip(keys.iter()).zip(checked(args, &original, &keys)?) {
         match checked {

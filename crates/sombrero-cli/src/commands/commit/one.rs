@@ -36,7 +36,7 @@ pub(super) fn run(args: &Args, key_path: &Path, context: &Context) -> Result<Ans
     files::check_outputs(&outputs, &inputs, args.force)?;
     let _progress = Progress::new(format!("verifying {}", key_path.display()));
     let key = files::read_key(key_path)?;
-    let original = files::read_mesh(&args.input, context.limits)?;
+    let original = files::read_mesh(&args.input, context)?;
     // Nobody shall wait for a timestamp of a key that is of no use.
     let detector = Detector::new(&original, key).map_err(|e| Failure::about("key", key_path, &e))?;
     let key = detector.key();

@@ -1,6 +1,7 @@
 //! `sombrero detect`: one suspect, or several against one original.
 
 pub(crate) mod args;
+mod looker;
 
 use crate::answer::{Answer, Context, Outcome};
 use crate::batch::{self, Words};
@@ -10,33 +11,37 @@ use crate::progress::Progress;
 use crate::table::Table;
 use crate::timestamp::{self, Stamp};
 use args::{Args, Plan, Prepared};
+use looker::Looker;
 use sombrero::io::{Access, Document, Limits, Output};
 use sombrero::watermark::Key;
 use sombrero::{
     Claim, Commitment, DetectError, Detection, Detector, FirstLook, Glancer, PreparedBasis, SearchError,
 };
 use sombrero_report::{Evidence, FileHash, MEASURED, Remark, Report, page, record};
-use std::cell::{Cell, OnceCell, RefCell};
 use std::path::Path;
+use std::sync::{Mutex, OnceLock, PoisonError, RwLock, RwLockReadGuard};
 use std::time::Instant;
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
     let plan = Plan::new(args)?;
     let progress = Progress::new(format!("reading {}", plan.original.display()));
-    let job = Job::new(&plan, context.limits)?;
+    let job = Job::new(plan, context)?;
     drop(progress);
+    let plan = &job.plan;
     if let Some(folder) = &plan.folder {
         files::make_folder(folder)?;
     }
     match plan.suspects.as_slice() {
-        [(suspect, page)] if plan.one => Ok(Outcome::Answer(job.look(suspect, page.clone()?.as_deref())?)),
+        [(suspect, page)] if plan.one => {
+            Ok(Outcome::Answer(job.look(suspect, page.clone()?.as_deref(), context)?))
+        }
         suspects => batch::each(suspects, &WORDS, context, |suspect, page| {
             let page = page.clone()?;
             // A suspect of a subfolder has its page in one.
             if let Some(folder) = page.as_deref().and_then(Path::parent) {
                 files::make_folder(folder)?;
             }
-            job.look(suspect, page.as_deref())
+            job.look(suspect, page.as_deref(), context)
         }),
     }
 }
@@ -45,87 +50,88 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
 const WORDS: Words =
     Words { role: "suspect", outcomes: [Some("found"), None, Some("not found")], failed: "refused" };
 
-/// An original and a key that any number of suspects are held against.
-struct Job<'a> {
-    plan: &'a Plan,
-    limits: Limits,
+/// An original and a key that any number of suspects are held against, several at once where a program asks for that.
+pub(crate) struct Job {
+    plan: Plan,
     /// What the key's file holds.
     mark: Key,
-    /// Who looks at suspects for as long as all of them are other shapes, and the stored basis for who comes after.
-    glancer: RefCell<Option<(Glancer, Option<PreparedBasis>)>>,
-    /// Who looks from the first on that is not.
-    detector: OnceCell<Detector>,
+    looker: RwLock<Looker>,
     /// Whether the basis came from a prepared file, and what is to be said of it.
     from_file: bool,
     note: Option<String>,
     /// Whether the basis was derived anew, which the first mark that is found asks for.
-    confirmed: OnceCell<()>,
+    confirmed: OnceLock<()>,
     original: FileHash,
     key: FileHash,
     /// The key's timestamp, verified.
     commitment: Option<Commitment>,
-    preparation: Cell<f64>,
+    /// Seconds.
+    preparation: Mutex<f64>,
 }
 
-impl<'a> Job<'a> {
-    fn new(plan: &'a Plan, limits: Limits) -> Result<Self, Failure> {
-        let bytes = files::read_key_file(&plan.key)?;
+impl Job {
+    /// The job of what was typed.
+    pub(crate) fn of(args: &Args, context: &Context) -> Result<Self, Failure> {
+        Self::new(Plan::new(args)?, context)
+    }
+
+    fn new(plan: Plan, context: &Context) -> Result<Self, Failure> {
+        let bytes = files::key_file(&plan.key, context.desk)?;
         let key = files::parse_key(&plan.key, &bytes)?;
-        let original = files::read_mesh(&plan.original, limits)?;
-        let (stored, note) = stored(&plan.prepared, &key, limits)?;
+        let original = files::read_mesh(&plan.original, context)?;
+        let (stored, note) = stored(&plan.prepared, &key, context.limits)?;
         let from_file = stored.is_some();
         let start = Instant::now();
         let mark = key.clone();
-        let glancer = Glancer::new(&original, key).map_err(|e| failure(plan, &plan.original, &e))?;
+        let glancer = Glancer::new(&original, key).map_err(|e| failure(&plan, &plan.original, &e))?;
         // The key was made for a file with this hash, and that was checked.
         let original_sha256 = hex::encode(mark.original_sha256);
         let anchors = timestamp::anchors(plan.ca.as_deref())?;
         let stamp = timestamp::of_key(&plan.key, &mark, &anchors)?;
         Ok(Self {
-            plan,
-            limits,
-            mark,
-            glancer: RefCell::new(Some((glancer, stored))),
-            detector: OnceCell::new(),
-            from_file,
-            note,
-            confirmed: OnceCell::new(),
             original: FileHash { path: plan.original.display().to_string(), sha256: original_sha256 },
             key: FileHash::new(plan.key.display().to_string(), &bytes),
+            plan,
+            mark,
+            looker: RwLock::new(Looker::Glancer(Box::new(glancer), stored)),
+            from_file,
+            note,
+            confirmed: OnceLock::new(),
             commitment: stamp.as_ref().map(Stamp::commitment),
-            preparation: Cell::new(start.elapsed().as_secs_f64()),
+            preparation: Mutex::new(start.elapsed().as_secs_f64()),
         })
     }
 
     /// Looks at one suspect, and writes its page to `report_path`.
-    fn look(&self, path: &Path, report_path: Option<&Path>) -> Result<Answer, Failure> {
-        let plan = self.plan;
+    pub(crate) fn look(
+        &self,
+        path: &Path,
+        report_path: Option<&Path>,
+        context: &Context,
+    ) -> Result<Answer, Failure> {
+        let plan = &self.plan;
         let _progress = Progress::new(format!("looking at {}", path.display()));
-        let file = files::read_mesh(path, self.limits)?;
+        let file = files::read_mesh(path, context)?;
         let evidence = self.evidence(path, &file);
-        let suspect = self.with(|glancer| glancer.suspect(&file), |detector| detector.suspect(&file))?;
+        let suspect = self.looker().suspect(&file).ok_or_else(|| self.unusable())?;
         // Detection needs the memory.
         drop(file);
         let settings = &evidence.settings;
-        let first = self.with(|glancer| glancer.look(&suspect, settings), |_| Ok(FirstLook::Open(None)))?;
+        let first = self.looker().look(&suspect, settings);
         let detection = match first {
             Ok(FirstLook::AnotherShape(answer)) => Ok(*answer),
             Ok(FirstLook::Open(glance)) => self.detector()?.detect_after(glance, &suspect, settings),
             Err(error) => Err(error),
         };
         let mut detection = detection.map_err(|e| failure(plan, path, &e))?;
-        detection.seconds.0.insert(0, ("preparation", self.preparation.get()));
+        detection.seconds.0.insert(0, ("preparation", self.preparation()));
         let mut remark = self.note.as_ref().map(|_| Remark::Unused);
         if detection.detected && self.from_file {
             remark = self.vouch()?;
         }
         detection.warnings.extend(remark.map(|remark| remark.sentence().to_owned()));
-        let glancer = self.glancer.borrow();
-        let original = match (self.detector.get(), glancer.as_ref()) {
-            (Some(detector), _) => detector.model(),
-            (None, Some((glancer, _))) => glancer.model(),
-            (None, None) => return Err(unusable(plan)),
-        };
+        let looker = self.looker();
+        let original = looker.model().ok_or_else(|| self.unusable())?;
         let claim = Claim::new(
             detection.detected,
             detection.log10_p,
@@ -169,29 +175,35 @@ impl<'a> Job<'a> {
         Evidence::new(suspect, original, key, &self.mark, self.plan.settings)
     }
 
-    /// Asks whoever is there.
-    fn with<T>(
-        &self,
-        glancer: impl FnOnce(&Glancer) -> T,
-        detector: impl FnOnce(&Detector) -> T,
-    ) -> Result<T, Failure> {
-        match (self.detector.get(), self.glancer.borrow().as_ref()) {
-            (Some(known), _) => Ok(detector(known)),
-            (None, Some((known, _))) => Ok(glancer(known)),
-            (None, None) => Err(unusable(self.plan)),
-        }
+    /// Whoever is there. Once one panicked there may be nobody.
+    fn looker(&self) -> RwLockReadGuard<'_, Looker> {
+        self.looker.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The detector, made when the first suspect asks for it.
-    fn detector(&self) -> Result<&Detector, Failure> {
-        if let Some(made) = self.detector.get() {
-            return Ok(made);
+    fn preparation(&self) -> f64 {
+        *self.preparation.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The detector, made when the first suspect asks for it; others who ask wait for it.
+    fn detector(&self) -> Result<Detector, Failure> {
+        if let Looker::Detector(made) = &*self.looker() {
+            return Ok(made.clone());
         }
-        let (glancer, stored) = self.glancer.take().ok_or_else(|| unusable(self.plan))?;
-        let start = Instant::now();
-        let made = glancer.detector(stored).map_err(|e| failure(self.plan, &self.plan.original, &e))?;
-        self.preparation.set(self.preparation.get() + start.elapsed().as_secs_f64());
-        Ok(self.detector.get_or_init(|| made))
+        let mut looker = self.looker.write().unwrap_or_else(PoisonError::into_inner);
+        let made = match std::mem::replace(&mut *looker, Looker::Nobody) {
+            Looker::Detector(made) => made,
+            Looker::Nobody => return Err(self.unusable()),
+            Looker::Glancer(glancer, stored) => {
+                let start = Instant::now();
+                let made = glancer.detector(stored);
+                let made = made.map_err(|e| failure(&self.plan, &self.plan.original, &e))?;
+                *self.preparation.lock().unwrap_or_else(PoisonError::into_inner) +=
+                    start.elapsed().as_secs_f64();
+                made
+            }
+        };
+        *looker = Looker::Detector(made.clone());
+        Ok(made)
     }
 
     /// Key and prepared file may have been made up together, and then any suspect has the mark. So what was found with
@@ -202,10 +214,16 @@ impl<'a> Job<'a> {
             return Ok(Some(Remark::Unconfirmed));
         }
         if self.confirmed.get().is_none() {
-            self.detector()?.confirm().map_err(|e| failure(self.plan, &self.plan.original, &e))?;
+            self.detector()?.confirm().map_err(|e| failure(&self.plan, &self.plan.original, &e))?;
         }
         self.confirmed.get_or_init(|| ());
         Ok(None)
+    }
+
+    /// Of a basis that could not be made for an earlier suspect, which said why.
+    fn unusable(&self) -> Failure {
+        let key = self.plan.key.display();
+        Failure::new("key", format!("{key}: it does not fit the original, as was said of an earlier suspect"))
     }
 }
 
@@ -223,12 +241,6 @@ fn stored(
         Err(failure) if *named => Err(failure),
         Err(failure) => Ok((None, Some(failure.message().to_owned()))),
     }
-}
-
-/// Of a basis that could not be made for an earlier suspect, which said why.
-fn unusable(plan: &Plan) -> Failure {
-    let key = plan.key.display();
-    Failure::new("key", format!("{key}: it does not fit the original, as was said of an earlier suspect"))
 }
 
 /// Names the file that the error is about.

@@ -2,6 +2,7 @@
 
 use crate::args::finite;
 use crate::catalogue::LockArgs;
+use crate::desk::Desk;
 use crate::failure::Failure;
 use crate::files;
 use sombrero::EmbedOptions;
@@ -162,8 +163,8 @@ impl Args {
 
 impl Order<'_> {
     /// The secret that was given, if any.
-    pub(super) fn secret(&self) -> Result<Option<Secret>, Failure> {
-        files::given_secret(self.secret_file)
+    pub(super) fn secret(&self, desk: &Desk) -> Result<Option<Secret>, Failure> {
+        files::given_secret(self.secret_file, desk)
     }
 
     /// The file that holds the secret, which no output may replace.

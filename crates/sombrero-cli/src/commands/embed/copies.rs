@@ -23,7 +23,7 @@ pub(super) fn run(
     order: &Order<'_>,
     context: &Context,
 ) -> Result<Outcome, Failure> {
-    let given = order.secret()?;
+    let given = order.secret(context.desk)?;
     let mut keeping = Keeping::new(order)?;
     let mut taken = BTreeSet::new();
     let mut name = |input: Input| {
@@ -70,7 +70,7 @@ fn copy(
 ) -> Result<(Document, Answer), Failure> {
     let Place { input, output, key } = *place;
     let _progress = Progress::new(format!("marking {}", input.display()));
-    let original = files::read_mesh(input, context.limits)?;
+    let original = files::read_mesh(input, context)?;
     files::check_format(output, &original)?;
     let identity = &order.options.identity;
     let digest = OriginalDigest::of(original.parts());
@@ -101,7 +101,7 @@ fn copy(
     for path in [output, key] {
         path.parent().map_or(Ok(()), files::make_folder)?;
     }
-    write(&marked, &original, place, &[input], kept.as_ref(), order.force, context.limits)?;
+    write(&marked, &original, place, &[input], kept.as_ref(), order.force, context)?;
     let mut answer = answer(place, &marked.report)?;
     answer.json["input"] = input.display().to_string().into();
     answer.json["kept"] = false.into();

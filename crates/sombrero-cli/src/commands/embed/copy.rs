@@ -2,7 +2,7 @@
 
 use super::args::Order;
 use super::folder::other_key;
-use crate::answer::Answer;
+use crate::answer::{Answer, Context};
 use crate::failure::Failure;
 use crate::fidelity;
 use crate::files;
@@ -51,7 +51,7 @@ pub(super) fn write(
     inputs: &[&Path],
     kept: Option<&Key>,
     force: bool,
-    limits: Limits,
+    context: &Context,
 ) -> Result<(), Failure> {
     let key = marked.key.to_json();
     let beside = |path: &Path, companion: &Companion| path.with_file_name(&companion.name);
@@ -72,9 +72,13 @@ pub(super) fn write(
     }
     let paths: Vec<&Path> = outputs.iter().map(|o| o.path).collect();
     let inputs: Vec<&Path> = inputs.iter().copied().chain(buffers.iter().map(PathBuf::as_path)).collect();
-    files::check_outputs(&paths, &inputs, force)?;
-    files::write_all(&outputs, force)?;
-    if files::is_standard(place.output) { Ok(()) } else { check_written(place.output, limits, marked) }
+    let desk = context.desk;
+    files::check_outputs(&desk.on_disk(&paths), &inputs, force)?;
+    files::write_with(&outputs, force, desk)?;
+    if files::is_standard(place.output) || desk.takes(place.output) {
+        return Ok(());
+    }
+    check_written(place.output, context.limits, marked)
 }
 
 /// Reads the copy back from the disk: its mark was found before it was written, so its positions must be the same.

@@ -50,20 +50,20 @@ fn one(
     let inputs: Vec<&Path> = [input].into_iter().chain(order.secret_file()).collect();
     // As much as can be is found out before any work is done.
     let named: Vec<&Path> = output.into_iter().chain([key.as_path()]).collect();
-    files::check_outputs(&named, &inputs, order.force)?;
-    let secret = match order.secret()? {
+    files::check_outputs(&context.desk.on_disk(&named), &inputs, order.force)?;
+    let secret = match order.secret(context.desk)? {
         Some(secret) => secret,
         None => files::new_secret()?,
     };
     let mut keeping = Keeping::new(order)?;
     let _progress = Progress::new(format!("marking {}", input.display()));
-    let original = files::read_mesh(input, context.limits)?;
+    let original = files::read_mesh(input, context)?;
     let output = output.map_or_else(|| beside(input, &original), Path::to_owned);
     files::check_format(&output, &original)?;
-    files::check_outputs(&[&output, &key], &inputs, order.force)?;
+    files::check_outputs(&context.desk.on_disk(&[&output, &key]), &inputs, order.force)?;
     let place = Place { input, output: &output, key: &key };
     let marked = mark(order, &original, &place, secret)?;
-    write(&marked, &original, &place, &inputs, None, order.force, context.limits)?;
+    write(&marked, &original, &place, &inputs, None, order.force, context)?;
     let answer = answer(&place, &marked.report)?;
     let name = Path::new(input.file_name().unwrap_or_default());
     Ok(files::answered(&output, keeping.keep(original, input, name, &[key], answer)?))

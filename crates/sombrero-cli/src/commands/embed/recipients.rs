@@ -71,7 +71,7 @@ pub(super) fn run(
     context: &Context,
 ) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let given = order.secret()?;
+    let given = order.secret(context.desk)?;
     let [input] = inputs else {
         return Err(Failure::new("usage", "--recipients makes copies of one file; give one input"));
     };
@@ -82,7 +82,7 @@ pub(super) fn run(
     }
     let mut keeping = Keeping::new(order)?;
     let progress = Progress::new(format!("marking {}", input.display()));
-    let original = files::read_mesh(input, context.limits)?;
+    let original = files::read_mesh(input, context)?;
     let rows = read_rows(list)?;
     check_names(input, &original)?;
     let keys = make_folders(folder, context)?;
@@ -131,7 +131,7 @@ pub(super) fn run(
                 .mark(job.identity.clone(), *secret, &order.rewrite(place.output))
                 .map_err(|e| failed(&e))?;
             let marked = if first == Some(i) { embedder.measured(marked) } else { marked };
-            write(&marked, &original, &place, &[input, list], kept, order.force, context.limits)?;
+            write(&marked, &original, &place, &[input, list], kept, order.force, context)?;
             Ok(Fate::Written(Box::new(marked.report)))
         };
         let open = fates.par_iter_mut().zip(&jobs).zip(secrets.par_iter().zip(&kept)).enumerate();

@@ -49,7 +49,7 @@ pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
 /// A catalogue that any number of suspects are held against.
 struct Search<'a> {
     args: &'a Args,
-    context: &'a Context,
+    context: &'a Context<'a>,
     catalogue: Catalogue,
     originals: Originals,
     /// Whether there are keys to test.
@@ -101,9 +101,9 @@ struct Other {
 }
 
 impl<'a> Search<'a> {
-    fn new(args: &'a Args, context: &'a Context) -> Result<Self, Failure> {
+    fn new(args: &'a Args, context: &'a Context<'a>) -> Result<Self, Failure> {
         let catalogue = catalogue::open(&args.catalogue)?;
-        let folder = args.keys.as_deref().map(KeyFolder::read).transpose()?;
+        let folder = args.keys.as_deref().map(|keys| KeyFolder::read(keys, context.desk)).transpose()?;
         let vault = catalogue::vault(&args.catalogue)?.filter(|_| !args.rank_only);
         // Kept keys ask for the passphrase; with keys at hand it is only used where it is.
         let needed = |vault: &sombrero_vault::Vault| match folder {
@@ -112,7 +112,7 @@ impl<'a> Search<'a> {
         };
         let opened = vault.filter(needed).map(|vault| args.unlock.unlock(&vault)).transpose()?;
         let keyed = folder.is_some() || opened.is_some();
-        let originals = Originals::new(&args.catalogue, opened, folder, context.limits)?;
+        let originals = Originals::new(&args.catalogue, opened, folder, context)?;
         Ok(Self { args, context, catalogue, originals, keyed })
     }
 
@@ -120,7 +120,7 @@ impl<'a> Search<'a> {
     fn ask(&self, path: &Path, pages: Option<&report::Pages>) -> Result<Answer, Failure> {
         let _progress = Progress::new(format!("looking for {}", path.display()));
         let mut seconds = Stages::default();
-        let suspect = files::read_mesh(path, self.context.limits)?;
+        let suspect = files::read_mesh(path, self.context)?;
         let wrong = |e: &dyn std::error::Error| Failure::about("suspect", path, e);
         let question = seconds
             .time("landmarks", || Question::of(suspect.points(), suspect.triangles()))

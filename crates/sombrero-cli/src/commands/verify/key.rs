@@ -35,7 +35,7 @@ pub(super) fn check(args: &Args, bytes: &[u8], context: &Context) -> Result<Answ
     };
     files::check_outputs(&[], &[path, original], false)?;
     let anchors = timestamp::anchors(args.ca.as_deref())?;
-    let document = files::read_mesh(original, context.limits)?;
+    let document = files::read_mesh(original, context)?;
     let detector = Detector::new(&document, key).map_err(|e| Failure::about("key", path, &e))?;
     let key = detector.key();
     let stamp = timestamp::of_key(path, key, &anchors)?;

@@ -17,7 +17,8 @@ const LARGEST_REPORT: u64 = 256 << 20;
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Answer, Failure> {
     let _progress = Progress::new(format!("verifying {}", args.file.display()));
-    let bytes = files::read_small(&args.file, LARGEST_REPORT, "a key or a report")?;
+    let read = || files::read_small(&args.file, LARGEST_REPORT, "a key or a report");
+    let bytes = context.desk.file_or(&args.file, read)?;
     let recorded = Record::find(&bytes).map_err(|e| Failure::about("report", &args.file, &e))?;
     match recorded {
         Some(recorded) => report::check(args, &recorded, context),

@@ -46,9 +46,9 @@ pub(super) fn check(args: &Args, recorded: &Record, context: &Context) -> Result
     });
     let [suspect, original, key] = named.each_ref().map(|file| file.find(&args.file));
     let paths = [suspect?, original?, key?];
-    let suspect = files::read_mesh(&paths[0], context.limits)?;
-    let original = files::read_mesh(&paths[1], context.limits)?;
-    let key_file = files::read_key_file(&paths[2])?;
+    let suspect = files::read_mesh(&paths[0], context)?;
+    let original = files::read_mesh(&paths[1], context)?;
+    let key_file = files::key_file(&paths[2], context.desk)?;
     let key = files::parse_key(&paths[2], &key_file)?;
     let timestamp = timestamp::of_key(&paths[2], &key, &timestamp::anchors(args.ca.as_deref())?)?;
     let replay =
