@@ -21,7 +21,7 @@ mod timestamp;
 
 pub use desk::Desk;
 pub use failure::Failure;
-pub use program::{Detecting, answers};
+pub use program::{Detecting, Searching, answers};
 
 use answer::{Context, Outcome};
 use clap::error::{ContextKind, ContextValue, ErrorKind};

@@ -169,6 +169,12 @@ impl Job {
         Ok(Answer::new(text, &json)?.found_if(detection.detected))
     }
 
+    /// Refuses a page that is there already, unless the plan has `force`, or that would replace what is read.
+    pub(crate) fn check_page(&self, page: Option<&Path>, suspect: &Path) -> Result<(), Failure> {
+        let Plan { original, key, prepared, force, .. } = &self.plan;
+        files::check_outputs(page.as_slice(), &[suspect, original, key, &prepared.path], *force)
+    }
+
     fn evidence(&self, path: &Path, suspect: &Document) -> Evidence {
         let suspect = FileHash::of_mesh(path.display().to_string(), suspect);
         let (original, key) = (self.original.clone(), self.key.clone());

@@ -31,5 +31,5 @@ pub(crate) struct Args {
     pub(super) unlock: UnlockArgs,
     /// Replace reports that exist.
     #[arg(long)]
-    pub(super) force: bool,
+    pub(crate) force: bool,
 }

@@ -12,6 +12,8 @@ use crate::files;
 use crate::key_folder::KeyFolder;
 use crate::progress::Progress;
 use crate::table::Table;
+pub(crate) use report::Pages;
+
 use args::Args;
 use examine::{Examination, Examined, examine};
 use serde::Serialize;
@@ -24,32 +26,34 @@ const WORDS: Words =
     Words { role: "suspect", outcomes: [Some("found"), None, Some("not found")], failed: "refused" };
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
-    if !(args.threshold > 0.0 && args.threshold <= 1.0) {
-        let message =
-            format!("--threshold {}: give a number above 0 and at most 1, such as 1e-6", args.threshold);
-        return Err(Failure::new("usage", message));
-    }
+    check_threshold(args)?;
     let Inputs { files: suspects, one } = Inputs::new(&args.suspects, None)?;
     if args.report.is_some() && !one {
         return Err(Failure::new("usage", "--report is for one suspect; give one file"));
     }
     let suspects: Vec<(PathBuf, ())> = suspects.into_iter().map(|file| (file.path, ())).collect();
-    let pages = args.report.as_deref().map(report::Pages::new).transpose()?;
-    if let Some(pages) = &pages {
-        let inputs: Vec<&Path> = suspects.iter().map(|(path, ())| path.as_path()).collect();
-        files::check_outputs(&pages.paths(), &inputs, args.force)?;
-    }
+    let inputs: Vec<&Path> = suspects.iter().map(|(path, ())| path.as_path()).collect();
+    let pages = Pages::checked(args.report.as_deref(), &inputs, args.force)?;
     let search = Search::new(args, context)?;
     match suspects.as_slice() {
-        [(suspect, ())] if one => Ok(Outcome::Answer(search.ask(suspect, pages.as_ref())?)),
-        suspects => batch::each(suspects, &WORDS, context, |suspect, ()| search.ask(suspect, None)),
+        [(suspect, ())] if one => Ok(Outcome::Answer(search.ask(suspect, pages.as_ref(), args, context)?)),
+        suspects => {
+            batch::each(suspects, &WORDS, context, |suspect, ()| search.ask(suspect, None, args, context))
+        }
     }
 }
 
+fn check_threshold(args: &Args) -> Result<(), Failure> {
+    if args.threshold > 0.0 && args.threshold <= 1.0 {
+        return Ok(());
+    }
+    let message =
+        format!("--threshold {}: give a number above 0 and at most 1, such as 1e-6", args.threshold);
+    Err(Failure::new("usage", message))
+}
+
 /// A catalogue that any number of suspects are held against.
-struct Search<'a> {
-    args: &'a Args,
-    context: &'a Context<'a>,
+pub(crate) struct Search {
     catalogue: Catalogue,
     originals: Originals,
     /// Whether there are keys to test.
@@ -100,8 +104,10 @@ struct Other {
     log10_p: f64,
 }
 
-impl<'a> Search<'a> {
-    fn new(args: &'a Args, context: &'a Context<'a>) -> Result<Self, Failure> {
+impl Search {
+    /// The catalogue and the keys that were asked for.
+    pub(crate) fn new(args: &Args, context: &Context) -> Result<Self, Failure> {
+        check_threshold(args)?;
         let catalogue = catalogue::open(&args.catalogue)?;
         let folder = args.keys.as_deref().map(|keys| KeyFolder::read(keys, context.desk)).transpose()?;
         let vault = catalogue::vault(&args.catalogue)?.filter(|_| !args.rank_only);
@@ -113,23 +119,28 @@ impl<'a> Search<'a> {
         let opened = vault.filter(needed).map(|vault| args.unlock.unlock(&vault)).transpose()?;
         let keyed = folder.is_some() || opened.is_some();
         let originals = Originals::new(&args.catalogue, opened, folder, context)?;
-        Ok(Self { args, context, catalogue, originals, keyed })
+        Ok(Self { catalogue, originals, keyed })
     }
 
     /// Looks at one suspect, and writes its pages.
-    fn ask(&self, path: &Path, pages: Option<&report::Pages>) -> Result<Answer, Failure> {
+    pub(crate) fn ask(
+        &self,
+        path: &Path,
+        pages: Option<&Pages>,
+        args: &Args,
+        context: &Context,
+    ) -> Result<Answer, Failure> {
         let _progress = Progress::new(format!("looking for {}", path.display()));
         let mut seconds = Stages::default();
-        let suspect = files::read_mesh(path, self.context)?;
+        let suspect = files::read_mesh(path, context)?;
         let wrong = |e: &dyn std::error::Error| Failure::about("suspect", path, e);
         let question = seconds
             .time("landmarks", || Question::of(suspect.points(), suspect.triangles()))
             .map_err(|e| wrong(&e))?;
-        let options = SearchOptions::default().top(self.args.top);
+        let options = SearchOptions::default().top(args.top);
         let candidates = seconds.time("catalogue", || self.catalogue.search(&question, &options))?;
-        let Examination { candidates, tests } = seconds.time("keys", || {
-            examine(&suspect, &question, candidates, &self.originals, self.args.threshold)
-        })?;
+        let Examination { candidates, tests } = seconds
+            .time("keys", || examine(&suspect, &question, candidates, &self.originals, args.threshold))?;
         let found = match self.keyed {
             true => candidates.iter().any(Examined::is_found),
             false => !candidates.is_empty(),
@@ -137,7 +148,7 @@ impl<'a> Search<'a> {
         let reports = match pages {
             Some(pages) => {
                 let about = report::About { path, suspect: &suspect, candidates: &candidates, tests };
-                pages.write(&about, &self.originals, self.args)?
+                pages.write(&about, &self.originals, args)?
             }
             None => Vec::new(),
         };
@@ -146,12 +157,12 @@ impl<'a> Search<'a> {
             candidates: candidates.iter().map(Listed::new).collect(),
             found,
             tested: self.keyed,
-            threshold: self.args.threshold,
+            threshold: args.threshold,
             tests,
             seconds,
             reports,
         };
-        Ok(Answer::new(text(&report, &self.args.catalogue), &report)?.found_if(found))
+        Ok(Answer::new(text(&report, &args.catalogue), &report)?.found_if(found))
     }
 }
 

@@ -13,7 +13,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// Where the pages go.
-pub(super) struct Pages {
+pub(crate) struct Pages {
     sheet: PathBuf,
     detection: PathBuf,
 }
@@ -27,8 +27,21 @@ pub(super) struct About<'a> {
 }
 
 impl Pages {
+    /// The pages that were asked for, if any were; they may not replace an input, or, without `force`, any file.
+    pub(crate) fn checked(
+        sheet: Option<&Path>,
+        inputs: &[&Path],
+        force: bool,
+    ) -> Result<Option<Self>, Failure> {
+        let pages = sheet.map(Self::new).transpose()?;
+        if let Some(pages) = &pages {
+            files::check_outputs(&pages.paths(), inputs, force)?;
+        }
+        Ok(pages)
+    }
+
     /// FILE, and FILE-detection beside it.
-    pub(super) fn new(sheet: &Path) -> Result<Self, Failure> {
+    fn new(sheet: &Path) -> Result<Self, Failure> {
         if files::is_standard(sheet) {
             return Err(Failure::new(
                 "usage",
@@ -41,7 +54,7 @@ impl Pages {
         Ok(Self { sheet: sheet.to_owned(), detection })
     }
 
-    pub(super) fn paths(&self) -> [&Path; 2] {
+    fn paths(&self) -> [&Path; 2] {
         [&self.sheet, &self.detection]
     }
 
