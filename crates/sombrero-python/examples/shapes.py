@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 
-def vase(around: int = 72, along: int = 48) -> tuple[np.ndarray, np.ndarray]:
+def vase(around: int = 56, along: int = 36) -> tuple[np.ndarray, np.ndarray]:
     """Vertices ``(around * along + 2, 3)`` and triangles of a closed surface of revolution, with waves."""
     t, a = np.meshgrid(np.linspace(0.03, np.pi - 0.03, along), np.arange(around) * 2 * np.pi / around, indexing="ij")
     radius = np.sin(t) * (1 + 0.25 * np.sin(3 * t + 0.5)) * (1 + 0.06 * np.cos(5 * a + 2 * t) + 0.03 * np.sin(2 * a))

@@ -2,10 +2,11 @@
 //! tell how far it is. How it looks from Python is written in Python, in the folder `python`.
 
 mod call;
-mod detecting;
+
 mod error;
 mod listener;
 mod mesh;
+mod standing;
 mod work;
 
 use pyo3::prelude::*;
@@ -17,5 +18,5 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(call::main, module)?)?;
     module.add_function(wrap_pyfunction!(call::answers, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::ply, module)?)?;
-    module.add_class::<detecting::Detecting>()
+    module.add_class::<standing::Standing>()
 }

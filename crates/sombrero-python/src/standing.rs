@@ -1,20 +1,38 @@
-//! An original and a key, read once for any number of suspects.
+//! What is read once for any number of suspects.
 
 use crate::call::{Given, desk};
 use crate::error::of_failure;
 use crate::mesh;
 use crate::work;
 use pyo3::prelude::*;
+use sombrero_cli::{Desk, Detecting, Failure, Searching};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::Path;
 
-/// `sombrero detect` with original and key in memory. Any number of threads may look at once.
+/// A command that stands ready: `detect` with original and key in memory, or `search` with its catalogue open. Any number of
+/// threads may ask at once.
 #[pyclass(frozen, module = "sombrero._native")]
-pub(crate) struct Detecting(sombrero_cli::Detecting);
+pub(crate) struct Standing(Kind);
+
+enum Kind {
+    Detect(Box<Detecting>),
+    Search(Box<Searching>),
+}
+
+impl Kind {
+    fn new(arguments: Vec<OsString>, desk: &Desk) -> Result<Self, Failure> {
+        let (command, rest) = arguments.split_first().map_or((None, &[][..]), |(c, rest)| (c.to_str(), rest));
+        let rest = rest.iter().cloned();
+        match command {
+            Some("search") => Ok(Self::Search(Box::new(Searching::new(rest, desk)?))),
+            _ => Ok(Self::Detect(Box::new(Detecting::new(rest, desk)?))),
+        }
+    }
+}
 
 #[pymethods]
-impl Detecting {
+impl Standing {
     #[new]
     #[pyo3(signature = (arguments, meshes, files, threads, progress))]
     fn new(
@@ -26,8 +44,7 @@ impl Detecting {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let desk = desk(&meshes, files)?;
-        let made =
-            work::run(py, threads, progress, move || Ok(sombrero_cli::Detecting::new(arguments, &desk()?)))?;
+        let made = work::run(py, threads, progress, move || Ok(Kind::new(arguments, &desk()?)))?;
         let made = made.map_err(|(name, message): (String, String)| mesh::wrong(py, &name, &message))?;
         Ok(Self(made.map_err(|failure| of_failure(py, &failure))?))
     }
@@ -45,7 +62,11 @@ impl Detecting {
     ) -> PyResult<String> {
         let desk = desk(&meshes, BTreeMap::new())?;
         let looked = work::run(py, threads, progress, move || {
-            Ok(self.0.look(Path::new(&suspect), report.as_deref().map(Path::new), &desk()?))
+            let (suspect, page, desk) = (Path::new(&suspect), report.as_deref().map(Path::new), desk()?);
+            Ok(match &self.0 {
+                Kind::Detect(detecting) => detecting.look(suspect, page, &desk),
+                Kind::Search(searching) => searching.look(suspect, page, &desk),
+            })
         })?;
         let looked = looked.map_err(|(name, message): (String, String)| mesh::wrong(py, &name, &message))?;
         Ok(looked.map_err(|failure| of_failure(py, &failure))?.to_string())

@@ -75,6 +75,8 @@ def test_trace_and_search_take_keys_in_memory(mesh: Any, marked: sombrero.Embedd
     assert sombrero.search(suspect, tmp_path / "models").candidates[0].original == "vase.ply"
     found = sombrero.search(suspect, tmp_path / "models", keys=[*others, marked.key])
     assert found and found.candidates[0].recipient == "no. 7"
+    searcher = sombrero.Searcher(tmp_path / "models", keys=[*others, marked.key])
+    assert searcher.search(suspect).candidates == found.candidates
 
 
 def test_exceptions_survive_pickling() -> None:

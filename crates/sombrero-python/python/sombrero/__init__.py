@@ -18,7 +18,7 @@ Every function is a command of ``sombrero``, and computes what that does, to the
 """
 
 from ._answers import Answer, Attacked, Comparison, Detection, Embedding, Info, Search, Trace, Verification
-from ._api import Detector, attack, compare, detect, embed, info, search, to_ply, trace, verify
+from ._api import Detector, Searcher, attack, compare, detect, embed, info, search, to_ply, trace, verify
 from ._command import command
 from ._errors import (
     CatalogueError,
@@ -48,6 +48,7 @@ __all__ = [
     "MeshError",
     "MeshLike",
     "Search",
+    "Searcher",
     "SecretError",
     "SombreroError",
     "Trace",

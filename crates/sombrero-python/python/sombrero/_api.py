@@ -130,12 +130,12 @@ class Detector:
         progress: Progress | None = None,
     ) -> None:
         # What is looked at is said later.
-        call = Call(named("suspect"))
+        call = Call("detect", named("suspect"))
         call.mesh(original, "original", "original")
         call.key(key)
         call.options(method=method, registration=registration, resampling=resampling, threshold=threshold)
         call.options(budget=budget, seed=seed, prepared=prepared, ca=ca, force=force)
-        self._native = call.detecting(threads, progress)
+        self._native = call.standing(threads, progress)
 
     def detect(
         self,
@@ -276,6 +276,52 @@ def search(
     call.options(rank_only=rank_only, top=top, threshold=threshold, report=report, force=force)
     call.options(passphrase_file=passphrase_file, identity=identity)
     return Search(call.answer(threads, progress))
+
+
+class Searcher:
+    """A catalogue that is opened once, for any number of suspects and from any number of threads.
+
+    Arguments are those of :func:`search`.
+    """
+
+    __slots__ = ("_native",)
+
+    def __init__(
+        self,
+        catalogue: str | os.PathLike[str],
+        *,
+        keys: str | os.PathLike[str] | Iterable[str | os.PathLike[str] | Key] | None = None,
+        rank_only: bool = False,
+        top: int = 10,
+        threshold: float = 1e-6,
+        passphrase_file: str | os.PathLike[str] | None = None,
+        identity: str | os.PathLike[str] | None = None,
+        force: bool = False,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        call = Call("search", named("suspect"))
+        call.option("catalogue", catalogue)
+        call.keys(keys)
+        call.options(rank_only=rank_only, top=top, threshold=threshold, force=force)
+        call.options(passphrase_file=passphrase_file, identity=identity)
+        self._native = call.standing(threads, progress)
+
+    def search(
+        self,
+        suspect: MeshLike,
+        *,
+        report: str | os.PathLike[str] | None = None,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> Search:
+        """Looks for the original of one suspect; see :func:`search`."""
+        call = Call()
+        call.mesh(suspect, "suspect")
+        return Search(call.looked(self._native, report, threads, progress))
+
+    def __repr__(self) -> str:
+        return "Searcher()"
 
 
 def info(mesh: MeshLike, *, threads: int | None = None, progress: Progress | None = None) -> Info:

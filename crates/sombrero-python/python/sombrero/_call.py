@@ -108,22 +108,22 @@ class Call:
         """The one answer."""
         return self.answers(threads, progress)[0][0]
 
-    def detecting(self, threads: int | None, progress: Progress | None) -> _native.Detecting:
-        """The detector that the arguments speak of."""
+    def standing(self, threads: int | None, progress: Progress | None) -> _native.Standing:
+        """The command with what it reads once in memory, for suspects that come later."""
         _check(threads, progress)
-        return _native.Detecting(self.words, self.meshes, self.files, threads, progress)
+        return _native.Standing(self.words, self.meshes, self.files, threads, progress)
 
     def looked(
         self,
-        detecting: _native.Detecting,
+        standing: _native.Standing,
         report: str | os.PathLike[str] | None,
         threads: int | None,
         progress: Progress | None,
     ) -> dict[str, Any]:
-        """What a detector says of the one mesh."""
+        """What such a command says of the one mesh."""
         _check(threads, progress)
         page = None if report is None else os.fspath(report)
-        fields: dict[str, Any] = json.loads(detecting.look(self.words[0], self.meshes, page, threads, progress))
+        fields: dict[str, Any] = json.loads(standing.look(self.words[0], self.meshes, page, threads, progress))
         return fields
 
 

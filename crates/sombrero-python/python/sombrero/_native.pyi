@@ -21,7 +21,7 @@ def answers(
     progress: _Progress | None,
 ) -> tuple[str, tuple[dict[str, tuple[NDArray[np.float64], NDArray[np.int64]]], dict[str, bytes]]]: ...
 @final
-class Detecting:
+class Standing:
     def __new__(
         cls,
         arguments: list[str],
@@ -29,7 +29,7 @@ class Detecting:
         files: dict[str, bytes],
         threads: int | None,
         progress: _Progress | None,
-    ) -> Detecting: ...
+    ) -> Standing: ...
     def look(
         self,
         suspect: str,
