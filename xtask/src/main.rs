@@ -11,7 +11,7 @@ use experiments::{
     roc, scaling, tables, visibility,
 };
 use std::path::PathBuf;
-use upkeep::{ci, hostile, models, package, tidy};
+use upkeep::{ci, dist, hostile, models, package, tidy};
 
 #[derive(Parser)]
 #[command(about, arg_required_else_help = true)]
@@ -40,6 +40,8 @@ enum Verb {
     Ci,
     /// Let several of a thousand buyers average their copies, and name them.
     Collusion(collusion::Collusion),
+    /// Make what is handed out: the command and the Python package for this platform, checksums, licences.
+    Dist(dist::Dist),
     /// Redraw Figures 1, 2, 4 and 5.
     Figures(figures::Figures),
     /// Claim what is not one's own in every way that there is, and count what it brings.
@@ -81,6 +83,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Calibrate(args) => calibrate::run(&args, &folder),
         Verb::Catalogue(args) => catalogue::run(&args),
         Verb::Ci => ci::run(&folder),
+        Verb::Dist(args) => dist::run(&args),
         Verb::Figures(args) => figures::run(&args, &folder),
         Verb::Collusion(args) => collusion::run(&args, &folder),
         Verb::Forgery(args) => forgery::run(&args),

@@ -42,6 +42,12 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
     } else {
         println!("== no trimesh: files were not checked by an independent reader");
     }
+    println!("== the Python package: wheel and tests");
+    let start = Instant::now();
+    match super::python::check()? {
+        Ok(()) => println!("== {:.0} s", start.elapsed().as_secs_f64()),
+        Err(why) => println!("== {why}: the Python package was not checked"),
+    }
     if models.join("fandisk.obj").exists() {
         for method in [Method::Paper, Method::Robust] {
             crate::experiments::tables::run(&Tables::check(method), models)?;
