@@ -224,7 +224,8 @@ def trace(
     Args:
         suspect: The mesh to look at.
         original: What was marked, exactly.
-        keys: The folder with the keys, or the keys. Then ``recipients`` name them ``<keys>/000000`` and so on, in their order.
+        keys: The folder with the keys, or the keys. Then ``recipients`` name them ``<keys>/000000`` and so on, in their
+            order.
         threshold: Somebody is named when the chance that anybody without a part matches as well is at most this.
 
     Other arguments and errors are those of :func:`detect`.

@@ -1,13 +1,14 @@
-"""Many suspects on many machines: detect or search over folders of a shared disk, with Ray (``pip install sombrero[cluster]``).
+"""Many suspects on many machines: detect or search over folders of a shared disk.
 
-::
+With Ray (``pip install sombrero[cluster]``)::
 
     from sombrero import cluster
 
     cluster.detect("suspects", "vase.obj", "vase.key", output="found.jsonl", address="auto")
 
-Each worker prepares the original, or opens the catalogue, once. Answers are lines of JSON, one a suspect, written by the caller as they come;
-a run that was broken off is run again, and goes on where it was. Paths have to lead to the same files on every machine.
+Each worker prepares the original, or opens the catalogue, once. Answers are lines of JSON, one a suspect, written by the
+caller as they come; a run that was broken off is run again, and goes on where it was. Paths have to lead to the same files
+on every machine.
 
 Without Ray, ``shard(files, "2/8")`` gives the second of eight machines its share of a list.
 """
@@ -95,8 +96,9 @@ def detect(
         suspects: A folder, or a list of files.
         original: The file that was marked, on the shared disk.
         key: Its key. It is sent to the workers.
-        output: The file for the answers; what it has already is kept. The fields are those of :class:`sombrero.Detection` without
-            ``extracted``, which is as secret as the key; or ``suspect`` and ``error`` with ``kind`` and ``message``.
+        output: The file for the answers; what it has already is kept. The fields are those of
+            :class:`sombrero.Detection` without ``extracted``, which is as secret as the key; or ``suspect`` and ``error``
+            with ``kind`` and ``message``.
         workers: How many, each with one CPU. Default: the CPUs of the cluster.
         timeout: Seconds for one suspect, after which its answer is an error of kind ``timeout``.
         retries: How often a suspect is given to another worker when its own died.
