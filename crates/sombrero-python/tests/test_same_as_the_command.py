@@ -56,11 +56,10 @@ def test_arrays_are_the_file_that_they_stand_for(mesh: Any, marked: sombrero.Emb
     assert copy.read_bytes() == sombrero.to_ply((marked.points, mesh[1]))
     # What is found is found by either, whatever is a file and whatever an array.
     by_command = timeless(run("detect", copy, "--original", original, "--key", key), "suspect", "files")
-    for suspect in (copy, (marked.points, mesh[1])):
-        for originally in (original, mesh):
-            for secret in (key, marked.key):
-                found = sombrero.detect(suspect, originally, secret)
-                assert found and timeless(found, "suspect", "files") == by_command
+    arrays = (marked.points, mesh[1])
+    for suspect, originally, secret in ((copy, original, key), (arrays, mesh, marked.key), (copy, mesh, key)):
+        found = sombrero.detect(suspect, originally, secret)
+        assert found and timeless(found, "suspect", "files") == by_command
 
 
 def test_the_file_of_arrays_stays_the_same_in_all_versions(mesh: Any) -> None:
