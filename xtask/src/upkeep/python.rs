@@ -52,34 +52,75 @@ impl Environment {
         wheels.pop().context("maturin made no wheel")
     }
 
-    /// Installs the wheel and runs the package's tests on it.
-    pub(crate) fn test(&self, wheel: &Path) -> anyhow::Result<()> {
-        let python = self.program("python");
+    /// Installs a wheel.
+    fn install(&self, wheel: &Path) -> anyhow::Result<()> {
         let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-        if !Command::new(&python).args(install).arg(wheel).status()?.success() {
+        if !Command::new(self.program("python")).args(install).arg(wheel).status()?.success() {
             bail!("the wheel cannot be installed");
         }
-        let mut tests = Command::new(&python);
+        Ok(())
+    }
+
+    /// Lays the package where the wheel would put it, with the library that was built with the tests.
+    fn lay(&self, library: &Path) -> anyhow::Result<()> {
+        let ask = ["-c", "import sysconfig; print(sysconfig.get_path('platlib'), end='')"];
+        let said = Command::new(self.program("python")).args(ask).output()?;
+        let folder = Path::new(&String::from_utf8(said.stdout)?).join("sombrero");
+        std::fs::create_dir_all(&folder)?;
+        for entry in std::fs::read_dir(Path::new(PACKAGE).join("python").join("sombrero"))? {
+            let path = entry?.path();
+            if path.is_file() {
+                std::fs::copy(&path, folder.join(path.file_name().context("a file has a name")?))?;
+            }
+        }
+        let name = if cfg!(windows) { "_native.pyd" } else { "_native.abi3.so" };
+        std::fs::copy(library, folder.join(name))?;
+        Ok(())
+    }
+
+    /// Runs the package's tests, which compare it with `command`, or with the command of the wheel.
+    fn test(&self, command: Option<&Path>) -> anyhow::Result<()> {
+        let mut tests = Command::new(self.program("python"));
         tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests"]).current_dir(PACKAGE);
-        if !tests.env("PYTHONDONTWRITEBYTECODE", "1").status()?.success() {
+        tests.env("PYTHONDONTWRITEBYTECODE", "1");
+        if let Some(command) = command {
+            tests.env("SOMBRERO_COMMAND", command);
+        }
+        if !tests.status()?.success() {
             bail!("a test of the Python package failed");
         }
         Ok(())
     }
 }
 
-/// The wheel in the profile of the tests, so that no crate is compiled for it alone, and its tests; or why they are passed over.
-pub(crate) fn check() -> anyhow::Result<Result<(), String>> {
-    let folder = super::target()?.join("python");
+/// The package's tests in a fresh environment, or why they are passed over: on the wheel, or, where there is no release build, on the
+/// library that was built with the other tests. maturin would compile nearly every crate again for it, with the features that
+/// this one crate asks for.
+pub(crate) fn check(release: bool) -> anyhow::Result<Result<(), String>> {
+    let target = super::target()?;
+    let folder = target.join("python");
+    let built = target.join("debug");
+    let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let library = built.join(format!("{prefix}_native{suffix}"));
+    if !release && !library.exists() {
+        return Ok(Err(format!("no {}", library.display())));
+    }
     let environment = match Environment::fresh(&folder.join("environment"), &FOR_TESTS)? {
         Ok(made) => made,
         Err(why) => return Ok(Err(why)),
     };
-    let wheels = folder.join("wheels");
-    if wheels.exists() {
-        std::fs::remove_dir_all(&wheels)?;
+    if release {
+        let wheels = folder.join("wheels");
+        if wheels.exists() {
+            std::fs::remove_dir_all(&wheels)?;
+        }
+        environment.install(&std::path::absolute(environment.wheel("release", &wheels)?)?)?;
+        environment.test(None)?;
+    } else {
+        environment.lay(&library)?;
+        let command = built.join(format!("sombrero-under-test{}", std::env::consts::EXE_SUFFIX));
+        environment.test(Some(&command))?;
     }
-    environment.test(&std::path::absolute(environment.wheel("test", &wheels)?)?)?;
     Ok(Ok(()))
 }
 
