@@ -1,6 +1,6 @@
 """Many suspects on many machines: detect or search over folders of a shared disk.
 
-With Ray (``pip install sombrero[cluster]``)::
+With Ray (``pip install ray``)::
 
     from sombrero import cluster
 
@@ -224,7 +224,7 @@ def _run(
     try:
         import ray
     except ImportError:
-        raise UsageError("Ray is not installed: pip install sombrero[cluster], or share files by `shard`") from None
+        raise UsageError("Ray is not installed: pip install ray, or share files by `shard`") from None
     start = time.monotonic()
     names = [os.path.abspath(path) for path in files_in(suspects)]
     lines = _Lines(output)
