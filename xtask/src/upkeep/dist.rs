@@ -18,7 +18,7 @@ pub(crate) struct Dist {
     /// The folder for what is made. Default: `dist` where cargo builds.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Make these pieces only: command, wheel.
+    /// Make these pieces only: command, wheel, blender (which needs the wheel).
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
     /// The profile to build in.
@@ -35,7 +35,12 @@ struct Piece {
     make: fn(&Site) -> anyhow::Result<Made>,
 }
 
-const PIECES: [Piece; 2] = [Piece { name: "command", make: command }, Piece { name: "wheel", make: wheel }];
+/// In the order in which they are made.
+const PIECES: [Piece; 3] = [
+    Piece { name: "command", make: command },
+    Piece { name: "wheel", make: wheel },
+    Piece { name: "blender", make: blender },
+];
 
 /// Where pieces are made, and what of.
 struct Site {
@@ -145,4 +150,14 @@ fn wheel(site: &Site) -> anyhow::Result<Made> {
         Ok(environment) => Ok(Ok(vec![environment.wheel(&site.profile, &site.out)?])),
         Err(why) => Ok(Err(why)),
     }
+}
+
+/// The Blender extension, around the wheel.
+fn blender(site: &Site) -> anyhow::Result<Made> {
+    let mut made = fs::read_dir(&site.out)?.filter_map(|entry| Some(entry.ok()?.path()));
+    let Some(wheel) = made.find(|path| path.extension().is_some_and(|e| e == "whl")) else {
+        return Ok(Err("it needs the wheel, which was not made".to_owned()));
+    };
+    let made = super::blender::extension(&wheel, &site.licences, &super::host()?, &site.out)?;
+    Ok(made.map(|archive| vec![archive]))
 }

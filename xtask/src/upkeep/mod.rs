@@ -1,5 +1,6 @@
 //! What keeps the repository in order.
 
+mod blender;
 pub(crate) mod ci;
 pub(crate) mod dist;
 pub(crate) mod hostile;
