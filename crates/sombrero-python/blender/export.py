@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Objects to a file, by Blender's own exporters.
 
-The file is what gets marked, not arrays of vertices: names, hierarchy, instances, materials and pictures are the
-exporter's business then, and the engine changes no byte of them. An instance stays an instance of one stored mesh, which
-is marked once. And detection needs the original to the byte, which is a file in any case.
+The file is what gets marked, not arrays of vertices: names, hierarchy, instances, materials and pictures are then the
+exporter's business, and the engine changes no byte of them. An instance stays an instance of one stored mesh, which is
+marked once. And detection needs the original to the byte, which is a file in any case.
 """
 
 from contextlib import contextmanager

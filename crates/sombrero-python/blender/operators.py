@@ -43,7 +43,7 @@ def optional(text):
 
 
 class Working:
-    """An operator whose work takes time. It has ``prepare``, which gives the work, and ``told``, the lines for its result."""
+    """An operator whose work takes time: ``prepare`` gives the work, and ``told`` the lines for its result."""
 
     wait: BoolProperty(
         name="Wait", description="Return when it is done, for scripts", default=False, options={"HIDDEN", "SKIP_SAVE"}
@@ -241,7 +241,7 @@ class Looking(Working):
         if settings.suspect_is == "FILE":
             return path_of(settings.suspect, "The suspect"), False
         objects = export.chosen(context, "SELECTED")
-        path = stem.with_name(stem.name + ".glb")
+        self.exported = path = stem.with_name(stem.name + ".glb")
         export.export(context, objects, path)
         return path, True
 

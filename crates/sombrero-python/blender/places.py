@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The sombrero developers
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where files go. What is published and what is secret are never in one folder, and no original or key is ever replaced:
-copies that are out can be detected with nothing else."""
+"""Where files go. Originals and keys have folders of their own, and none is ever replaced: without them, copies that are
+out cannot be detected."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def test_the_code_evaluates_no_text_and_knows_no_network(path: Path) -> None:
             imports.add(str(node.module).partition(".")[0])
     assert not names & {"eval", "exec", "compile", "__import__"}
     known = {"__future__", "collections", "contextlib", "filecmp", "math", "pathlib", "shutil", "textwrap", "threading"}
-    assert imports <= known | {"typing", "webbrowser", "bpy", "sombrero"}, "a new import; is it one that stays off the network?"
+    assert imports <= known | {"typing", "webbrowser", "bpy", "sombrero"}, "a new import; does it stay off the network?"
 
 
 def test_no_original_or_key_is_ever_replaced(tmp_path: Path) -> None:
@@ -93,7 +93,8 @@ def test_names_of_objects_become_names_of_files(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "cure"), [("", "give one"), ("vase.fbx", "choose one of these endings"), ("/nowhere/at/all/vase.glb", "choose another")]
+    ("name", "cure"),
+    [("", "give one"), ("vase.fbx", "choose one of these"), ("/nowhere/at/all/vase.glb", "choose another")],
 )
 def test_a_file_that_cannot_be_says_why(name: str, cure: str) -> None:
     with pytest.raises(places.Unusable, match=cure):

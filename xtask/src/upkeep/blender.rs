@@ -40,7 +40,7 @@ fn platform(host: &str) -> Option<&'static str> {
     }
 }
 
-/// The archive, the same bytes for the same files: in the order of their names, without times. The wheel is packed as it is.
+/// The archive, the same bytes for the same files: in the order of their names, without times. The wheel goes in as it is.
 fn pack(
     source: &Path,
     wheel: &Path,
