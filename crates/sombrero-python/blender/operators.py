@@ -212,18 +212,22 @@ class SOMBRERO_OT_copies(ToFile, bpy.types.Operator):
         if before is not None:
             places.remove_unless(False, original.parent)
             original = self.exported = before
-        self.folder = folder = copy.parent / f"{copy.stem}-copies"
+        self.folder = folder = places.copies_folder(copy, original)
+        had = set(folder.glob("keys/*.key"))
         options = [f"--recipients={buyers}", f"--out-dir={folder}", f"--preset={settings.preset}"]
         options.append(f"--owner={settings.owner}")
 
         def task(progress):
             [answer] = sombrero.command("embed", str(original), *options, progress=progress)
+            if answer.failed and not answer.written + answer.kept:
+                raise Unusable(words.failures(answer)[0])
             for file in places.beside(original):
                 shutil.copy2(file, folder)
             return answer
 
         def tidy():
-            places.remove_unless(before is not None or any((folder / "keys").glob("*.key")), original.parent)
+            is_needed = before is not None or set(folder.glob("keys/*.key")) != had
+            places.remove_unless(is_needed, original.parent)
 
         return work.Work(task, tidy)
 

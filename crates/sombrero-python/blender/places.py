@@ -53,6 +53,11 @@ def same_as_before(original: Path, secrets: str, copy: Path) -> Path | None:
     return next((old for old in before if old != original and filecmp.cmp(old, original, shallow=False)), None)
 
 
+def copies_folder(copy: Path, original: Path) -> Path:
+    """The folder for buyers' copies: each original has one, named as its own is."""
+    return copy.parent / original.parent.name.replace(f"{copy.stem}-secret", f"{copy.stem}-copies")
+
+
 def fresh_file(folder: Path, stem: str, suffixes: tuple[str, ...]) -> Path:
     """A name without its suffix that nothing in the folder has with any of these suffixes."""
     for number in range(1, 100_000):

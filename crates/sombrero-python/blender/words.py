@@ -10,14 +10,23 @@ from typing import Any
 
 #: What the engine does, by its names for it.
 _STAGES = {
-    "read": "Reading",
     "weld": "Joining seams",
+    "repair": "Mending a working copy",
+    "conversion": "Taking the shape apart",
     "basis": "Choosing where the mark goes",
+    "fields": "Choosing where the mark goes",
+    "derivation": "Making the key",
     "insert": "Moving vertices",
+    "fidelity": "Measuring what is seen",
     "read back": "Reading the copy back",
-    "test": "Testing the copy",
-    "register": "Aligning",
-    "search": "Looking",
+    "matching": "Comparing shapes",
+    "registration": "Aligning",
+    "resampling": "Comparing surfaces",
+    "comparing": "Comparing surfaces",
+    "extraction": "Reading the mark",
+    "keys": "Reading keys",
+    "test": "Testing",
+    "tests": "Testing",
 }
 
 
@@ -31,7 +40,7 @@ def share(done: int, of: int) -> float:
     return min(done / of, 1.0) if of else 0.0
 
 
-def error(error: BaseException, original: Path | None = None) -> str:
+def error(error: BaseException | str, original: Path | None = None) -> str:
     """One sentence; of a file that was exported for this alone it says so."""
     text = " ".join(str(error).split()) or type(error).__name__
     # The engine speaks of arguments, which nobody sees here.
@@ -55,17 +64,18 @@ def marked(answer: Any, copy: Path, folder: Path) -> list[str]:
 
 def copied(answer: Any, folder: Path, original: Path) -> list[str]:
     """What copies for buyers came to."""
-    lines = [f"{answer.written} copies in {folder.name}" + (f", {answer.kept} from before" if answer.kept else "")]
-    lines += [
-        f"{one['recipient']}: {_reason(one)}" for one in answer.to_dict()["copies"] if one["status"] == "failed"
+    kept = f", {answer.kept} from before" if answer.kept else ""
+    failed = f", {answer.failed} failed" if answer.failed else ""
+    return [
+        f"New copies in {folder.name}: {answer.written}{kept}{failed}",
+        *failures(answer),
+        f"Send each buyer one file; keep {folder.name}/keys and {original.parent.name} secret",
     ]
-    lines.append(f"Send each buyer one file; keep {folder.name}/keys and {original.parent.name} secret")
-    return lines
 
 
-def _reason(copy: dict[str, Any]) -> str:
-    said = copy.get("error", "no copy")
-    return str(said.get("message", said)) if isinstance(said, dict) else str(said)
+def failures(answer: Any) -> list[str]:
+    """Why there is no copy, for each buyer without one."""
+    return [f"{one.recipient}: {error(one.error.message)}" for one in answer.copies if one.status == "failed"]
 
 
 def checked(answer: Any, suspect: str, original: Path) -> list[str]:

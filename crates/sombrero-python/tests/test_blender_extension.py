@@ -73,6 +73,7 @@ def test_no_original_or_key_is_ever_replaced(tmp_path: Path) -> None:
     assert [folder.name for folder in folders] == ["vase-secret", "vase-secret-2", "vase-secret-3"]
     elsewhere = places.secret_folder(copy, str(tmp_path / "safe"))
     assert elsewhere == tmp_path / "safe" / "vase-secret"
+    assert places.copies_folder(copy, folders[1] / "vase.glb") == tmp_path / "vase-copies-2"
 
 
 def test_what_was_exported_before_is_known_by_its_bytes(tmp_path: Path) -> None:

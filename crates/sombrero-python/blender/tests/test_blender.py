@@ -234,16 +234,29 @@ def test_copies_for_buyers_and_whose_one_is(addon, scene, tmp_path):
     buyers.write_text('recipient\nBob\n"Doe, Carol"\n')
     settings.buyers = str(buyers)
     assert bpy.ops.sombrero.copies(filepath=str(tmp_path / "scene.glb")) == {"FINISHED"}
-    assert addon.operators.said[0] == "2 copies in scene-copies"
+    assert addon.operators.said[0] == "New copies in scene-copies: 2"
     first = {path: path.read_bytes() for path in (tmp_path / "scene-copies").rglob("*.*")}
     assert len(first) == 4
 
     # The list grows, and the scene is as it was: what there is stays, and there is no second original.
     buyers.write_text('recipient\nBob\n"Doe, Carol"\nDave\n')
     bpy.ops.sombrero.copies(filepath=str(tmp_path / "scene.glb"))
-    assert addon.operators.said[0] == "1 copies in scene-copies, 2 from before"
+    assert addon.operators.said[0] == "New copies in scene-copies: 1, 2 from before"
     assert all(path.read_bytes() == content for path, content in first.items())
     assert [p.name for p in tmp_path.glob("*-secret*")] == ["scene-secret"]
+
+    # Another owner is refused, as nobody can tell which of two marks a copy has.
+    settings.owner = "B. Museum"
+    with pytest.raises(RuntimeError, match="choose another folder or file name"):
+        bpy.ops.sombrero.copies(filepath=str(tmp_path / "scene.glb"))
+    settings.owner = "A. Museum"
+
+    # Another scene has folders of its own.
+    bpy.data.objects["Plain"].location.z += 1
+    bpy.ops.sombrero.copies(filepath=str(tmp_path / "scene.glb"))
+    assert addon.operators.said[0] == "New copies in scene-copies-2: 3"
+    assert (tmp_path / "scene-secret-2" / "scene.glb").is_file()
+    settings.original, settings.keys = (str(tmp_path / one) for one in ("scene-secret/scene.glb", "scene-copies/keys"))
 
     kept = settings.original, settings.keys
     [copy] = [path for path in (tmp_path / "scene-copies").glob("*.glb") if "bob" in path.name]
