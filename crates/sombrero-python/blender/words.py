@@ -44,8 +44,9 @@ def error(error: BaseException | str, original: Path | None = None) -> str:
     """One sentence; of a file that was exported for this alone it says so."""
     text = " ".join(str(error).split()) or type(error).__name__
     # The engine speaks of arguments, which nobody sees here.
-    text = text.replace("; choose another folder or give force=True", "; choose another folder or file name")
-    text = text.replace(" or give force=True", "")
+    for force in ("force=True", "--force"):
+        text = text.replace(f"choose another folder or give {force}", "choose another folder or file name")
+        text = text.replace(f" or give {force}", "")
     if original is not None:
         text = text.replace(str(original), "What was exported")
     return text
