@@ -18,6 +18,7 @@ os.environ["BLENDER_USER_RESOURCES"] = _home.name
 bpy = pytest.importorskip("bpy", reason="Blender's module is not installed: the extension was not tested in Blender")
 
 import addon_utils  # noqa: E402  (Blender's own, there once it is loaded)
+from mathutils import Euler, Matrix  # noqa: E402
 
 EXTENSION = Path(__file__).parent.parent
 ZIP = os.environ.get("SOMBRERO_EXTENSION")
@@ -60,7 +61,7 @@ def scene(addon):
     mirror = bust.modifiers.new("Twice", "MIRROR")
     mirror.use_axis = (False, True, False)
     mirror.use_clip = False
-    bust.data.transform(((1, 0, 0, 0), (0, 1, 0, 2), (0, 0, 1, 0), (0, 0, 0, 1)))
+    bust.data.transform(Matrix.Translation((0, 2, 0)))
     plain = waves("Plain", 24, 20)
     models.objects.link(plain)
     plain.location = (8, 0, 0)
@@ -167,7 +168,7 @@ def test_a_scene_is_marked_on_export_and_found_again(addon, scene, tmp_path):
     settings.original, settings.key = kept, key
     for one in bpy.context.selected_objects:
         if one.parent is None:
-            one.location.rotate(__import__("mathutils").Euler((0, 0, 0.5)))
+            one.location.rotate(Euler((0, 0, 0.5)))
             one.rotation_mode = "XYZ"
             one.rotation_euler.z += 0.5
     bpy.context.view_layer.update()
