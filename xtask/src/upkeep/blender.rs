@@ -29,7 +29,8 @@ pub(super) fn extension(
 
 /// Blender's name for a platform.
 fn platform(host: &str) -> Option<&'static str> {
-    let system = ["linux-gnu", "apple-darwin", "pc-windows"].into_iter().find(|system| host.contains(system))?;
+    let system =
+        ["linux-gnu", "apple-darwin", "pc-windows"].into_iter().find(|system| host.contains(system))?;
     match (host.split('-').next()?, system) {
         ("x86_64", "linux-gnu") => Some("linux-x64"),
         ("x86_64", "apple-darwin") => Some("macos-x64"),
@@ -41,15 +42,10 @@ fn platform(host: &str) -> Option<&'static str> {
 }
 
 /// The archive, the same bytes for the same files: in the order of their names, without times. The wheel goes in as it is.
-fn pack(
-    source: &Path,
-    wheel: &Path,
-    licences: &Path,
-    platform: &str,
-    archive: &Path,
-) -> anyhow::Result<()> {
+fn pack(source: &Path, wheel: &Path, licences: &Path, platform: &str, archive: &Path) -> anyhow::Result<()> {
     let wheel_name = format!("wheels/{}", name(wheel)?);
-    let mut files = vec![("LICENCES.md".to_owned(), fs::read(licences)?), (wheel_name.clone(), fs::read(wheel)?)];
+    let mut files =
+        vec![("LICENCES.md".to_owned(), fs::read(licences)?), (wheel_name.clone(), fs::read(wheel)?)];
     for entry in fs::read_dir(source)? {
         let path = entry?.path();
         if path.is_file() {
@@ -57,7 +53,8 @@ fn pack(
         }
     }
     files.sort();
-    let options = SimpleFileOptions::default().last_modified_time(DateTime::default()).unix_permissions(0o644);
+    let options =
+        SimpleFileOptions::default().last_modified_time(DateTime::default()).unix_permissions(0o644);
     let mut zip = ZipWriter::new(File::create(archive)?);
     for (name, mut content) in files {
         // A wheel is an archive already.
