@@ -121,7 +121,11 @@ mod tests {
         for name in ["__init__.py", "operators.py", "panel.py", "README.md", "LICENCES.md"] {
             assert!(!text(name).is_empty(), "{name}");
         }
-        assert!(zip.file_names().all(|name| !name.contains("test") && !name.contains("__pycache__")));
+        let names: Vec<_> = zip.file_names().map(|name| name.expect("a name").into_owned()).collect();
+        assert!(
+            names.iter().all(|name| !name.contains("test") && !name.contains("__pycache__")),
+            "{names:?}"
+        );
         fs::remove_dir_all(archive.parent().expect("a folder")).expect("removed");
     }
 
