@@ -47,6 +47,7 @@ def error(error: BaseException | str, original: Path | None = None) -> str:
     for force in ("force=True", "--force"):
         text = text.replace(f"choose another folder or give {force}", "choose another folder or file name")
         text = text.replace(f" or give {force}", "")
+    text = text.replace("a finer mesh, with some relief", "a finer mesh, with some relief (Subdivision Surface, sculpting)")
     if original is not None:
         text = text.replace(str(original), "What was exported")
     return text
