@@ -15,7 +15,7 @@ use std::process::Command;
 
 #[derive(clap::Args)]
 pub(crate) struct Dist {
-    /// The folder for what is made. Default: `dist` where cargo builds.
+    /// The folder for what is made, new or empty. Default: `dist` where cargo builds.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Make these pieces only: command, wheel, blender (which needs the wheel).
@@ -54,11 +54,7 @@ pub(crate) fn run(args: &Dist) -> anyhow::Result<()> {
     if let Some(unknown) = args.only.iter().find(|name| PIECES.iter().all(|piece| piece.name != **name)) {
         bail!("no piece is called {unknown}; there are {}", PIECES.map(|piece| piece.name).join(", "));
     }
-    let out = args.out.clone().map_or_else(|| Ok::<_, anyhow::Error>(target()?.join("dist")), Ok)?;
-    if out.exists() {
-        fs::remove_dir_all(&out)?;
-    }
-    fs::create_dir_all(&out)?;
+    let out = empty(args.out.clone())?;
     let licences = out.join("LICENCES.md");
     fs::write(&licences, licences::page(&["sombrero-cli", "sombrero-python"])?)?;
     let site = Site { out, profile: args.profile.clone(), licences };
@@ -79,6 +75,25 @@ pub(crate) fn run(args: &Dist) -> anyhow::Result<()> {
         println!("{:>10} bytes  {}", file.metadata()?.len(), file.display());
     }
     Ok(())
+}
+
+/// The folder for what is made. What an earlier run left where cargo builds goes; a folder that somebody named is never emptied.
+fn empty(named: Option<PathBuf>) -> anyhow::Result<PathBuf> {
+    let out = match named {
+        Some(folder) if folder.exists() && fs::read_dir(&folder)?.next().is_some() => {
+            bail!("{}: there is something in it; name an empty folder or a new one", folder.display())
+        }
+        Some(folder) => folder,
+        None => {
+            let own = target()?.join("dist");
+            if own.exists() {
+                fs::remove_dir_all(&own)?;
+            }
+            own
+        }
+    };
+    fs::create_dir_all(&out)?;
+    Ok(out)
 }
 
 /// One line a file, as `sha256sum --check` reads them.
