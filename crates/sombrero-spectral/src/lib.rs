@@ -19,4 +19,4 @@ mod turning;
 mod visibility;
 
 pub use fields::{Field, Fields, FieldsError, FieldsOptions};
-pub use sight::Sight;
+pub use sight::{Onlooker, Sight};

@@ -31,17 +31,7 @@ const FLAT: f64 = 0.29;
 const FLAT_COSINE: f64 = 0.999_390_827_019_095_8;
 
 impl Sight {
-    /// Of fields on a surface. `at` has for each point what each field does there, in order of fields. O(n).
-    ///
-    /// # Panics
-    /// When a corner is not below the number of points, or `at` is shorter.
-    pub fn of(points: &[Point3<f64>], triangles: &[[u32; 3]], at: &[Vec<(u32, Vector3<f64>)>]) -> Self {
-        let surface = Surface::new(points.to_vec(), triangles.to_vec());
-        let regions = PlanarRegions::find(points, triangles, surface.side).of_face;
-        Self::on(&surface, at, &expected(&surface, at), &regions)
-    }
-
-    /// The same, given A |dn|² of each face and the planar region of each.
+    /// Of fields on a surface, given A |dn|² of each face and the planar region of each.
     pub(crate) fn on(surface: &Surface, at: &[Here], turned: &[f64], regions: &[Option<u32>]) -> Self {
         let planar: f64 =
             surface.areas.iter().zip(regions).filter(|(_, r)| r.is_some()).map(|(a, _)| a).sum();
@@ -57,6 +47,34 @@ impl Sight {
     pub fn room(&self) -> f64 {
         let flat = self.flat_edges.map_or(f64::INFINITY, |flat| FLAT / flat);
         (TAIL / self.normals_tail).min(flat)
+    }
+}
+
+/// A surface that is looked at, with any number of fields on it.
+#[derive(Debug, Clone)]
+pub struct Onlooker {
+    surface: Surface,
+    /// The planar region of each face.
+    regions: Vec<Option<u32>>,
+}
+
+impl Onlooker {
+    /// Finds the surface's planar regions.
+    ///
+    /// # Panics
+    /// When a corner is not below the number of points.
+    pub fn new(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
+        let surface = Surface::new(points.to_vec(), triangles.to_vec());
+        let regions = PlanarRegions::find(points, triangles, surface.side).of_face;
+        Self { surface, regions }
+    }
+
+    /// What is seen of fields. `at` has for each point what each field does there, in order of fields. O(n).
+    ///
+    /// # Panics
+    /// When `at` is shorter than the points.
+    pub fn sight(&self, at: &[Vec<(u32, Vector3<f64>)>]) -> Sight {
+        Sight::on(&self.surface, at, &expected(&self.surface, at), &self.regions)
     }
 }
 

@@ -90,7 +90,7 @@ fn what_is_seen_of_flat_edges_is_told_and_limited() {
             bent += length(hinge) * ((angle(&after, hinge) - angle(&before, hinge)) / epsilon).powi(2);
         }
     }
-    let sight = crate::Sight::of(&points, &triangles, &at);
+    let sight = crate::Onlooker::new(&points, &triangles).sight(&at);
     let expected = sight.flat_edges.unwrap();
     let seen = (bent / total).sqrt();
     assert!((seen / expected - 1.0).abs() < 0.01, "{seen} {expected}");

@@ -25,9 +25,7 @@ pub(crate) fn in_order() -> anyhow::Result<Vec<String>> {
 
 /// Published crates of this workspace, each with those of them that it depends on; tests left out.
 fn published() -> anyhow::Result<BTreeMap<String, Vec<String>>> {
-    let arguments = ["metadata", "--format-version", "1", "--no-deps", "--offline"];
-    let output = Command::new("cargo").args(arguments).output()?;
-    let metadata: Value = serde_json::from_slice(&output.stdout).context("cargo metadata")?;
+    let metadata = super::metadata(&["--no-deps", "--offline"])?;
     let name = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let packages = list(&metadata["packages"]);

@@ -23,7 +23,7 @@ mod walls;
 use nalgebra::Vector3;
 use sombrero_basis::Basis;
 use sombrero_coupling::{Assembly, Coupling};
-use sombrero_spectral::Sight;
+use sombrero_spectral::{Onlooker, Sight};
 use walls::Walls;
 
 /// How much stronger functions are made at most where no wall limits them.
@@ -56,12 +56,11 @@ pub(crate) fn kept_apart(
         let by_function = functions::limited(basis, changes, walls.pairs.len(), gain);
         if left(&by_function, basis) >= left(&by_point, basis) { by_function } else { by_point }
     };
-    let seen =
-        |displacements: &[Displacements]| Sight::of(assembly.points, assembly.triangles, displacements);
-    let whole = seen(&displacements);
+    let onlooker = Onlooker::new(assembly.points, assembly.triangles);
+    let whole = onlooker.sight(&displacements);
     let (mut gain, mut kept) = (1.0, limited(1.0));
     for _ in 0..ROUNDS {
-        let now = seen(&self::displacements(&kept));
+        let now = onlooker.sight(&self::displacements(&kept));
         let higher = (gain * room(&now, &whole)).min(GAIN);
         if higher <= gain {
             break;
