@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use sombrero_landmarks::{Cloud, Features, Landmark, SurfacePoint, ladder};
 
+use crate::starts::looks::Looks;
 use crate::surface::sample::{Sample, samples};
 use crate::surface::shape::Shape;
 
@@ -12,8 +13,6 @@ const COUNT: usize = 1_500;
 const SAMPLES: usize = 6_000;
 /// Largest radius of a description, in units of the diagonal.
 pub(crate) const LARGEST: f64 = 0.17;
-/// What a feature varies at least, so that one that is the same everywhere does not decide.
-const LEAST_DEVIATION: f32 = 0.02;
 
 /// What the search for poses needs of the original.
 #[derive(Debug, Clone)]
@@ -21,8 +20,7 @@ pub(crate) struct Landmarks {
     pub(crate) landmarks: Vec<Landmark>,
     /// Area of the surface, in squares of its diagonal.
     pub(crate) area: f64,
-    /// One over the standard deviation of each feature.
-    pub(crate) weights: Features,
+    looks: Looks,
 }
 
 impl Landmarks {
@@ -31,8 +29,14 @@ impl Landmarks {
         let radii = ladder(LARGEST, 0, 0);
         let landmarks: Vec<_> =
             samples(shape, COUNT).par_iter().map(|s| cloud.landmark(s.point, &radii)).collect();
-        let weights = weights(&landmarks);
-        Self { landmarks, area: shape.moments.area, weights }
+        // One radius, so one view each.
+        let features: Vec<_> = landmarks.iter().flat_map(|l| &l.views).map(|v| v.features).collect();
+        Self { landmarks, area: shape.moments.area, looks: Looks::new(&features) }
+    }
+
+    /// The `most` landmarks that look most like one with these features, the most alike first.
+    pub(crate) fn alike(&self, features: &Features, most: usize) -> Vec<usize> {
+        self.looks.nearest(features, most)
     }
 }
 
@@ -41,14 +45,4 @@ pub(crate) fn cloud(shape: &Shape, orientation: f64) -> Cloud {
     let turned =
         |s: Sample| SurfacePoint { point: s.point, normal: s.with_unit_normal().normal * orientation };
     Cloud::new(samples(shape, SAMPLES).into_iter().map(turned).collect(), shape.moments.area)
-}
-
-fn weights(landmarks: &[Landmark]) -> Features {
-    let features = || landmarks.iter().flat_map(|l| &l.views).map(|v| v.features);
-    let count = features().count().max(1) as f32;
-    std::array::from_fn(|k| {
-        let mean = features().map(|f| f[k]).sum::<f32>() / count;
-        let variance = features().map(|f| (f[k] - mean).powi(2)).sum::<f32>() / count;
-        1.0 / variance.sqrt().max(LEAST_DEVIATION)
-    })
 }

@@ -3,17 +3,18 @@
 //! Each landmark of the suspect is compared with all of the reference, at each rung of the ladder by which the
 //! two sizes may differ. The few most similar ones, with the frames of both, give a pose each. Most of them are
 //! wrong; a table of nearest samples tells in microseconds how much of the suspect a pose puts onto the
-//! reference (a RANSAC in which one match is a sample: Fischler and Bolles 1981, `fischler1981`). Poses that are
-//! about the same are one; the best go through a rough ICP on the table.
+//! reference (a RANSAC in which one match is a sample: Fischler and Bolles 1981, `fischler1981`). All poses are asked by few
+//! samples, those that look best by more (preemption: Nistér 2003, `nister2003`). Poses that are about the same are one; the
+//! best go through a rough ICP on the table.
 
 use nalgebra::{Matrix3, Point3, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
-use sombrero_landmarks::{Features, Frame, Landmark, RUNG, View, ladder};
+use sombrero_landmarks::{Frame, Landmark, RUNG, View, ladder};
 
 use crate::refinement::affine_map::AffineMap;
 use crate::refinement::motion::Motion;
 use crate::starts::landmarks::{LARGEST, Landmarks, cloud};
-use crate::starts::ranking::{Ranked, distinct, ranked, sort};
+use crate::starts::ranking::{best, distinct, looked, ranked};
 use crate::starts::rough;
 use crate::surface::lookup::Lookup;
 use crate::surface::sample::{Sample, samples, scattered};
@@ -28,10 +29,10 @@ const SMALLER: usize = 4;
 const LARGER: usize = 4;
 /// Matches taken for each landmark and rung.
 const MATCHES: usize = 8;
-/// Samples in a first look at a pose, and in a second.
-const LOOKS: [usize; 2] = [48, 256];
-/// Poses that get a second look.
-const SECOND_LOOKS: usize = 4_000;
+/// Samples in the first looks at a pose, and the poses that are looked at further.
+const LOOKS: [(usize, usize); 2] = [(12, 8_000), (48, 2_000)];
+/// Samples in the last look.
+const LAST_LOOK: usize = 256;
 /// Poses that get a rough ICP.
 const ROUGH: usize = 120;
 /// Poses that get a rough ICP when the suspect may be stretched, which blurs the first looks.
@@ -65,7 +66,7 @@ impl<'a> LandmarkMatcher<'a> {
         let cloud = cloud(suspect, orientation);
         let points = samples(suspect, COUNT);
         let seen = points.par_iter().map(|s| cloud.landmark(s.point, &radii)).collect();
-        let looks = scattered(suspect, LOOKS[1], orientation);
+        let looks = scattered(suspect, LAST_LOOK, orientation);
         Self { lookup, landmarks, suspect: seen, scale, looks }
     }
 
@@ -89,55 +90,29 @@ impl<'a> LandmarkMatcher<'a> {
         rough: usize,
         most: usize,
     ) -> Vec<M> {
-        let mut found = self.first_look();
-        found.truncate(SECOND_LOOKS);
-        let found = found.iter().map(|r| r.pose).collect();
-        let found = ranked(found, |pose| self.support(pose, LOOKS[1], TOLERANCES[0]));
+        let found = LOOKS.iter().fold(self.matches(), |found, &(samples, most)| {
+            best(looked(found, |pose| self.support(pose, samples, TOLERANCES[0])), most)
+        });
+        let found = ranked(found, |pose| self.support(pose, LAST_LOOK, TOLERANCES[0]));
         let found = distinct(&found, &self.looks, SAME[0], rough);
         let found = found.par_iter().map(|r| refine(&r.pose)).collect();
-        let found = ranked(found, |pose| self.support(pose, LOOKS[1], TOLERANCES[1]));
+        let found = ranked(found, |pose| self.support(pose, LAST_LOOK, TOLERANCES[1]));
         distinct(&found, &self.looks, SAME[1], most).into_iter().map(|r| r.pose).collect()
     }
 
-    /// All poses of all matches, best first.
-    fn first_look(&self) -> Vec<Ranked<Similarity3<f64>>> {
-        let of_landmark =
-            |landmark: &Landmark| {
-                let mut found = Vec::new();
-                for (rung, view) in landmark.views.iter().enumerate() {
-                    let scale = self.scale * RUNG.powi(LARGER as i32 - rung as i32);
-                    for index in self.alike(view) {
-                        let other = &self.landmarks.landmarks[index];
-                        found.extend(poses(other, landmark, view, scale).map(|pose| Ranked {
-                            support: self.support(&pose, LOOKS[0], TOLERANCES[0]),
-                            pose,
-                        }));
-                    }
+    /// The poses of all matches.
+    fn matches(&self) -> Vec<Similarity3<f64>> {
+        let of_landmark = |landmark: &Landmark| {
+            let mut found = Vec::new();
+            for (rung, view) in landmark.views.iter().enumerate() {
+                let scale = self.scale * RUNG.powi(LARGER as i32 - rung as i32);
+                for index in self.landmarks.alike(&view.features, MATCHES) {
+                    found.extend(poses(&self.landmarks.landmarks[index], landmark, view, scale));
                 }
-                found
-            };
-        let mut found: Vec<_> = self.suspect.par_iter().flat_map_iter(of_landmark).collect();
-        sort(&mut found);
-        found
-    }
-
-    /// Landmarks of the reference that look most like `view`.
-    fn alike(&self, view: &View) -> Vec<usize> {
-        let weights = &self.landmarks.weights;
-        let distance = |other: &Features| -> f32 {
-            let terms = view.features.iter().zip(other).zip(weights);
-            terms.map(|((a, b), w)| ((a - b) * w).powi(2)).sum()
+            }
+            found
         };
-        let all = self.landmarks.landmarks.iter().enumerate();
-        let mut ranked: Vec<(f32, usize)> =
-            all.filter_map(|(i, l)| Some((distance(&l.views.first()?.features), i))).collect();
-        let order = |a: &(f32, usize), b: &(f32, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-        if ranked.len() > MATCHES {
-            ranked.select_nth_unstable_by(MATCHES, order);
-            ranked.truncate(MATCHES);
-        }
-        ranked.sort_unstable_by(order);
-        ranked.into_iter().map(|(_, i)| i).collect()
+        self.suspect.par_iter().flat_map_iter(of_landmark).collect()
     }
 
     /// Share of the reference's area that the suspect covers: the share of the samples that agree, times the

@@ -3,6 +3,7 @@
 
 pub(crate) mod isotropic;
 pub(crate) mod landmarks;
+pub(crate) mod looks;
 pub(crate) mod matcher;
 pub(crate) mod orientation;
 pub(crate) mod principal_axes;

@@ -16,17 +16,28 @@ pub(crate) struct Ranked<M> {
     pub(crate) support: f64,
 }
 
-/// Best first; of equals the earlier one.
-pub(crate) fn sort<M>(found: &mut [Ranked<M>]) {
-    found.sort_by(|a, b| b.support.total_cmp(&a.support));
+/// `poses` and their support.
+pub(crate) fn looked<M: Motion>(poses: Vec<M>, support: impl Fn(&M) -> f64 + Sync) -> Vec<Ranked<M>> {
+    poses.into_par_iter().map(|pose| Ranked { support: support(&pose), pose }).collect()
 }
 
-/// All of `poses`, best first.
+/// All of `poses`, best first; of equals the earlier one.
 pub(crate) fn ranked<M: Motion>(poses: Vec<M>, support: impl Fn(&M) -> f64 + Sync) -> Vec<Ranked<M>> {
-    let rank = |pose: M| Ranked { support: support(&pose), pose };
-    let mut found: Vec<_> = poses.into_par_iter().map(rank).collect();
-    sort(&mut found);
+    let mut found = looked(poses, support);
+    found.sort_by(|a, b| b.support.total_cmp(&a.support));
     found
+}
+
+/// The `most` best, in their order; of equals the earlier ones.
+pub(crate) fn best<M: Motion>(found: Vec<Ranked<M>>, most: usize) -> Vec<M> {
+    let mut chosen: Vec<usize> = (0..found.len()).collect();
+    if found.len() > most {
+        let better = |a: &usize, b: &usize| found[*b].support.total_cmp(&found[*a].support).then(a.cmp(b));
+        chosen.select_nth_unstable_by(most, better);
+        chosen.truncate(most);
+        chosen.sort_unstable();
+    }
+    chosen.into_iter().map(|index| found[index].pose).collect()
 }
 
 /// The first `most` that do not put the samples about where an earlier one puts them: RMS distance up to `same`.
@@ -68,6 +79,9 @@ mod tests {
         });
         let x = |r: &Ranked<Similarity3<f64>>| r.pose.isometry.translation.x;
         assert_eq!(found.iter().map(x).collect::<Vec<_>>(), [1.05, 1.0, 0.0, 3.0]);
+        assert_eq!(best(found.clone(), 2).len(), 2);
+        let (all, some) = (found.iter().map(|r| r.pose), best(found.clone(), 3));
+        assert_eq!(some, all.take(3).collect::<Vec<_>>());
         let kept = distinct(&found, &[point], 0.1, 2);
         assert_eq!(kept.iter().map(x).collect::<Vec<_>>(), [1.05, 0.0]);
         assert!(distinct(&found, &[point], 0.1, 9).len() == 3);

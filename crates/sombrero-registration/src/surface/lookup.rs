@@ -78,43 +78,73 @@ impl Lookup {
             let Some(cell) = self.cell(&point) else { continue };
             let [nx, ny, _] = self.counts;
             let centre = self.centre([cell % nx, cell / nx % ny, cell / (nx * ny)]);
-            self.offer(cell, &centre, index as u16);
+            self.nearest[cell] = self.nearer(&centre, self.nearest[cell], [index as u16]);
         }
     }
 
-    /// Takes `sample` when it is nearer to the centre of the cell than what the cell holds.
-    fn offer(&mut self, cell: usize, centre: &Point3<f64>, sample: u16) {
+    /// The first of these samples of which none is nearer to `centre`.
+    #[inline]
+    fn nearer(&self, centre: &Point3<f64>, first: u16, others: impl IntoIterator<Item = u16>) -> u16 {
         let distance = |s: u16| {
             self.samples.get(usize::from(s)).map_or(f64::INFINITY, |s| (s.point - centre).norm_squared())
         };
-        if self.nearest[cell] != sample && distance(sample) < distance(self.nearest[cell]) {
-            self.nearest[cell] = sample;
+        let (mut best, mut least, mut last) = (first, distance(first), first);
+        for other in others {
+            // Neighbours mostly hold the same.
+            if other == last || other == best {
+                continue;
+            }
+            last = other;
+            let apart = distance(other);
+            if apart < least {
+                (best, least) = (other, apart);
+            }
         }
+        best
     }
 
     /// Forwards along x, y, z from the 13 neighbours that come before a cell, then backwards from the others.
     fn sweep(&mut self) {
         let [nx, ny, nz] = self.counts;
-        let total = nx * ny * nz;
-        for forwards in [true, false] {
-            for step in 0..total {
-                let cell = if forwards { step } else { total - 1 - step };
-                let at = [cell % nx, cell / nx % ny, cell / (nx * ny)];
-                let centre = self.centre(at);
-                for neighbour in earlier(at, self.counts, forwards) {
-                    self.offer(cell, &centre, self.nearest[neighbour]);
+        for sign in [1, -1] {
+            let order = |count: usize| (0..count).map(move |i| if sign > 0 { i } else { count - 1 - i });
+            let steps = EARLIER.map(|[x, y, z]| sign * ((z * ny as isize + y) * nx as isize + x));
+            for z in order(nz) {
+                for y in order(ny) {
+                    for x in order(nx) {
+                        let cell = (z * ny + y) * nx + x;
+                        let centre = self.centre([x, y, z]);
+                        let held = self.nearest[cell];
+                        let inside = [(x, nx), (y, ny), (z, nz)].iter().all(|&(i, n)| i > 0 && i + 1 < n);
+                        self.nearest[cell] = if inside {
+                            let at = |step: isize| self.nearest[cell.wrapping_add_signed(step)];
+                            self.nearer(&centre, held, steps.map(at))
+                        } else {
+                            let others = within([x, y, z], self.counts, sign);
+                            self.nearer(&centre, held, others.map(|other| self.nearest[other]))
+                        };
+                    }
                 }
             }
         }
     }
 }
 
-/// The neighbours of a cell, of 26, that a sweep visits before it.
-fn earlier(at: [usize; 3], counts: [usize; 3], forwards: bool) -> impl Iterator<Item = usize> {
-    let sign: isize = if forwards { 1 } else { -1 };
-    // The first 13 of the 27 offsets in order are those before the middle.
-    (0..13isize).filter_map(move |k| {
-        let offset = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
+/// Where the neighbours of a cell are, of 26, that come before it: the first 13 of the 27 offsets in order.
+const EARLIER: [[isize; 3]; 13] = {
+    let mut offsets = [[0; 3]; 13];
+    let mut k = 0;
+    while k < 13 {
+        let number = k as isize;
+        offsets[k] = [number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1];
+        k += 1;
+    }
+    offsets
+};
+
+/// Those of them that there are, of a cell at the border, and with `sign` -1 those that come after it.
+fn within(at: [usize; 3], counts: [usize; 3], sign: isize) -> impl Iterator<Item = usize> {
+    EARLIER.iter().filter_map(move |offset| {
         let mut place = [0; 3];
         for axis in 0..3 {
             place[axis] = at[axis].checked_add_signed(sign * offset[axis]).filter(|x| *x < counts[axis])?;
