@@ -3,6 +3,7 @@
 use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
 use crate::files;
+use crate::shard::Shard;
 use crate::table::Table;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -39,6 +40,14 @@ impl Inputs {
         }
         Ok(Self { files, one: matches!(given, [only] if !only.is_dir()) })
     }
+
+    /// Those of one machine's share, which is never the whole answer; all without one.
+    pub(crate) fn shared(self, shard: Option<Shard>) -> Self {
+        match shard {
+            Some(shard) => Self { files: shard.of(self.files), one: false },
+            None => self,
+        }
+    }
 }
 
 /// What became of several inputs.
@@ -70,7 +79,7 @@ impl Counts {
     fn status(&self) -> u8 {
         match self {
             Self { failed: 1.., .. } => 2,
-            Self { done: 0, kept: 0, not_found: 1.., .. } => 1,
+            Self { done: 0, kept: 0, .. } => 1,
             _ => 0,
         }
     }
@@ -91,8 +100,8 @@ impl Counts {
     }
 }
 
-/// Does the work for each input, given what belongs to it, and prints what came of it as soon as it is there; then, of more
-/// than one, a summary. The answer of an input says in JSON under `kept` whether it was kept.
+/// Does the work for each input, given what belongs to it, and prints what came of it as soon as it is there; then, unless it
+/// was one, a summary. The answer of an input says in JSON under `kept` whether it was kept.
 pub(crate) fn each<T>(
     inputs: &[(PathBuf, T)],
     words: &Words,
@@ -117,7 +126,7 @@ pub(crate) fn each<T>(
             }
         }
     }
-    if inputs.len() > 1 {
+    if inputs.len() != 1 {
         context.print(&counts.summary(words), false)?;
     }
     Ok(Outcome::Printed(counts.status()))
@@ -131,7 +140,7 @@ mod tests {
     fn the_status_tells_some_from_none() {
         let status = |done, kept, not_found, failed| Counts { done, kept, not_found, failed }.status();
         assert_eq!([status(2, 0, 0, 0), status(1, 0, 5, 0), status(0, 3, 0, 0)], [0; 3]);
-        assert_eq!(status(0, 0, 4, 0), 1);
+        assert_eq!([status(0, 0, 4, 0), status(0, 0, 0, 0)], [1; 2]);
         assert_eq!([status(0, 0, 1, 1), status(3, 0, 0, 1)], [2; 2]);
     }
 

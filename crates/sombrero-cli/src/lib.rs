@@ -15,6 +15,7 @@ mod key_folder;
 mod lengths;
 mod program;
 mod progress;
+mod shard;
 mod table;
 mod terminal;
 mod timestamp;
