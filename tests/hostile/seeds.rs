@@ -29,6 +29,7 @@ const OBJ: &[&str] = &[
     "v 0 0 \\\n0\r\nv 1 0 0\rv 0 1 0\nv 1 1 1\nf 1 2 3 \\\n4\nf 1 3 2",
     "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\ncstype bezier\ncurv2 1 2\nvp 0 1\nend\n",
     "V 0 0 0\nV nan nan nan\nv 1 0 0\nv 0 1 0\nv .25 .25 0\nVN 0 0 1\nG a\nF 1 3 5 4\nFO 1 3 4\n",
+    "v 1\nv 0 0 0.50#a\nv 1 0 0#\nv 0 1 0\nv 1.#QNAN 1 2\nf 2 3 4#b\n",
     "# points\nv 0 0 0 1 0 0\nv 1 2 3 0 1 0\nv 4 5 6\np 1 2 3\n",
 ];
 
@@ -37,6 +38,7 @@ const OFF: &[&str] = &[
     "STCNOFF 3 1\n0 0 0 0 0 1 1 0 0 1 0 0\n1 0 0 0 0 1 1 0 0 1 1 0\n0 1 0 0 0 1 1 0 0 1 0 1\n3 0 1 2\n",
     "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
     "OFF5 1 0\n0 0 0\n2 0 0\n.5 .5 0\n0 2 0\nnan 0 0\n4 0 1\n 2 3\n",
+    "NCOFF# keyword\n3 1 0\n0 0 0 0 0 1 1 0 0 1\n1 0 0#here\n0 1 0 0 0 1 1 0 0 1\n3 0 1 2\n",
     "COFF 3 0 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n",
 ];
 
@@ -106,12 +108,18 @@ fn stl() -> Vec<Vec<u8>> {
         "solid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet";
     let mut uncounted = binary.clone();
     uncounted[80..84].copy_from_slice(&[0; 4]);
+    let twice = [binary.as_slice(), &binary].concat();
+    let one_line = "solid a facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1.50 0 0 vertex 0 1 0 endloop endfacet color 1 0 0 \
+                    facet normal 0 0.60000 0.8 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 0 1 # vertex 3\nendloop endfacet \
+                    endsolid a";
     vec![
         text.as_bytes().to_vec(),
         binary,
         loose.as_bytes().to_vec(),
         unfinished.as_bytes().to_vec(),
         uncounted,
+        twice,
+        one_line.as_bytes().to_vec(),
     ]
 }
 

@@ -29,6 +29,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use cli::{Cli, Command};
 use progress::Verbosity;
 use std::ffi::OsString;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Runs the program with these arguments, the first being its name: parse, work, print.
@@ -148,6 +149,12 @@ fn wrong_usage(error: &clap::Error) -> Failure {
     let paragraph: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
     let sentence = paragraph.join(" ");
     let sentence = sentence.trim_start_matches("error: ");
+    if let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidSubcommand)
+        && Path::new(typed).exists()
+    {
+        let cure = "give a command before it, such as `info`, `embed` or `detect`";
+        return Failure::new("usage", format!("{typed}: a file is no command; {cure}"));
+    }
     let cure =
         suggestion(error).map_or_else(|| "see --help".to_owned(), |it| format!("did you mean `{it}`?"));
     Failure::new("usage", format!("{sentence}; {cure}"))

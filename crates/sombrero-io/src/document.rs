@@ -84,6 +84,9 @@ impl Document {
                 cure: "save the file as UTF-8",
             });
         }
+        if let (false, Some(what)) = (by_content, packed(&bytes)) {
+            return Err(ParseError::Unsupported { what: what.into(), cure: "unpack it first" });
+        }
         let family = family.ok_or(ParseError::Unrecognised)?;
         let mut parsed = parsed(family, Source { bytes: &bytes, beside, limits }).map_err(|source| {
             match extension.and_then(registry::by_extension) {
@@ -350,6 +353,19 @@ fn parsed(family: &'static Family, source: Source<'_>) -> Result<Parsed, ParseEr
     Ok(parsed)
 }
 
+/// Which program packed a file, by how it begins.
+fn packed(bytes: &[u8]) -> Option<&'static str> {
+    const BEGINNINGS: [(&[u8], &str); 6] = [
+        (b"\x1f\x8b\x08", "a file packed by gzip"),
+        (b"BZh", "a file packed by bzip2"),
+        (b"\xfd7zXZ\0", "a file packed by xz"),
+        (b"\x28\xb5\x2f\xfd", "a file packed by zstd"),
+        (b"7z\xbc\xaf\x27\x1c", "a 7z archive"),
+        (b"Rar!\x1a\x07", "a RAR archive"),
+    ];
+    BEGINNINGS.iter().find(|(beginning, _)| bytes.starts_with(beginning)).map(|(_, what)| *what)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -366,5 +382,16 @@ mod tests {
         assert!(error.contains("neither a GLB"), "{error}");
         let error = parse_error(b"\xff\xfev\0 \x001\0".as_slice(), "obj").to_string();
         assert!(error.starts_with("UTF-16 text is not supported"), "{error}");
+        let error = parse_error(b"\x1f\x8b\x08\0 a model".as_slice(), "stl").to_string();
+        assert_eq!(error, "a file packed by gzip is not supported; unpack it first");
+    }
+
+    #[test]
+    fn a_comma_in_a_number_is_named() {
+        let told = |number: &str| {
+            parse_error(format!("v 0 0 {number}\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "obj").to_string()
+        };
+        assert!(told("0,5").contains("decimals need a point instead of the comma"), "{}", told("0,5"));
+        assert!(told("0,").ends_with("correct this or export the model again"), "{}", told("0,"));
     }
 }

@@ -87,7 +87,7 @@ pub enum ParseError {
         problem: String,
     },
     /// A word that should be a number is none.
-    #[error("{place}: expected a number, found `{found}`; correct this or export the model again")]
+    #[error("{place}: expected a number, found `{found}`; {}", spelling_cure(found))]
     NotANumber {
         /// Where.
         place: Place,
@@ -349,13 +349,32 @@ pub enum WriteError {
         path: PathBuf,
     },
     /// The operating system refused.
-    #[error("{}: cannot be written ({source}); check the folder and the free space", path.display())]
+    #[error("{}: cannot be written ({}", path.display(), writing_cure(source))]
     Io {
         /// The output.
         path: PathBuf,
         /// What the operating system said.
         source: io::Error,
     },
+}
+
+/// What to do about a word that should be a number.
+fn spelling_cure(found: &str) -> &'static str {
+    // Programs that go by the language of the system write 0,5 where the formats want 0.5.
+    let has_comma = || found.matches(',').count() == 1 && found.replace(',', ".").parse::<f64>().is_ok();
+    if has_comma() && !found.ends_with(',') {
+        "decimals need a point instead of the comma: export the model again with other settings of language"
+    } else {
+        "correct this or export the model again"
+    }
+}
+
+/// What the operating system said about a file that cannot be written, and what to do.
+fn writing_cure(source: &io::Error) -> String {
+    match source.kind() {
+        io::ErrorKind::NotFound => "its folder is not there); make the folder first".into(),
+        _ => format!("{source}); check the folder and the free space"),
+    }
 }
 
 /// A sentence of a note as that of an error: these begin small and have no full stop.

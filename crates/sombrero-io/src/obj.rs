@@ -116,12 +116,16 @@ impl parsed::Layout for Layout {
     }
 
     fn misplaced(&self, bytes: &[u8], vertex: usize) -> ParseError {
-        let slot = self.slots.get(vertex).map_or(&[][..], std::slice::from_ref);
-        text::misplaced(bytes, text::words_of_points(bytes, slot, Joining::Backslash))
+        let slot = self.slots.get(vertex).copied().unwrap_or_default();
+        let mut lines = Lines::new(bytes, slot, Joining::Backslash);
+        // One that misses a coordinate says so.
+        text::point(&mut lines, bytes, slot).err().unwrap_or_else(|| {
+            text::misplaced(bytes, text::words_of_points(bytes, &[slot], Joining::Backslash))
+        })
     }
 
     fn words(&self, original: &Original<'_>) -> Option<Words> {
-        let coordinates = text::words_of_points(original.bytes, &self.slots, Joining::Backslash);
+        let coordinates = text::words_of_placed(original.bytes, &self.slots, Joining::Backslash);
         Some(Words { coordinates, ..Words::default() })
     }
 
@@ -249,7 +253,7 @@ impl<'a> Reader<'a> {
             if let Some(word) = self.lines.word() {
                 let keyword = &self.bytes[word.clone()];
                 match Statement::of(keyword) {
-                    Statement::Vertex => self.vertex(word.start)?,
+                    Statement::Vertex => self.vertex()?,
                     Statement::Face => self.face(word.start)?,
                     Statement::Normal | Statement::Other => {
                         if let Some(name) = statement_name(keyword) {
@@ -264,9 +268,11 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn vertex(&mut self, start: usize) -> Result<(), ParseError> {
+    fn vertex(&mut self) -> Result<(), ParseError> {
         self.slots.push(self.lines.at());
-        self.points.push(text::point(&mut self.lines, self.bytes, start)?);
+        // Whether a coordinate that is missing matters, only the faces tell.
+        let point = [0; 3].map(|_| self.lines.word().map_or(f64::NAN, |w| text::coordinate(self.bytes, w)));
+        self.points.push(point.into());
         self.limits.check_vertices(self.points.len())?;
         let extra = std::iter::from_fn(|| self.lines.word()).count();
         match extra {
@@ -507,6 +513,33 @@ mod tests {
     fn a_short_vertex_is_malformed() {
         let problem = "a vertex needs 3 coordinates, but this one has 2".into();
         assert_eq!(parse_error("v 0 0\n", "obj"), ParseError::Malformed { place: Place::Line(1), problem });
+    }
+
+    #[test]
+    fn a_vertex_that_no_face_uses_may_be_short() {
+        for short in ["v", "v 1", "v 1.5 2 # two", "v 1.5 nan 2", "v 1 2 1.#QNAN", "v -nan(ind) 1 2"] {
+            let text = format!("{short}\nv 0.5 0 0\nv 1.5 0 0\nv 0 1.5 0\nf 2 3 4\n");
+            let document = read(&text, "obj");
+            assert_eq!(document.triangles(), [[1, 2, 3]], "{short}");
+            let points: Vec<_> = document.points().iter().map(|p| p * 3.0).collect();
+            let how = Rewrite::default().with_decimals(crate::Decimals::Number(5));
+            let bytes = document.rewrite(&points, &how).unwrap().bytes;
+            assert!(bytes.starts_with(format!("{short}\nv 1.50000 ").as_bytes()), "{short}");
+            assert_eq!(read(bytes, "obj").points()[1..], points[1..]);
+            let used = parse_error(text.replace("f 2", "f 1"), "obj");
+            assert_eq!(used.place(), Some(&Place::Line(1)), "{short}: {used}");
+        }
+    }
+
+    #[test]
+    fn a_comment_may_stand_right_behind_a_number() {
+        let text = "v 0 0 0.50#first\nv 1 0 0#\nv 0 1 0 # third#\nf 1 2 3#face 4\n";
+        let document = read(text, "obj");
+        assert_eq!(document.triangles(), [[0, 1, 2]]);
+        let bytes =
+            document.with_points(&document.points().iter().map(|p| p * 2.0).collect::<Vec<_>>()).unwrap();
+        let expected = text.replace("0.50", "1.00").replace("v 1 0", "v 2.0 0").replace("0 1 0", "0 2.0 0");
+        assert_eq!(String::from_utf8(bytes).unwrap(), expected);
     }
 
     #[test]

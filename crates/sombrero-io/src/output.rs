@@ -371,7 +371,11 @@ mod tests {
         let path = folder.path().join("missing/out.obj");
         let error = write_atomically(&path, b"x", Overwrite::Refuse).unwrap_err();
         assert!(matches!(error, WriteError::Io { .. }));
-        assert!(error.to_string().contains("out.obj"));
+        assert!(
+            error
+                .to_string()
+                .ends_with("out.obj: cannot be written (its folder is not there); make the folder first")
+        );
     }
 
     /// Whether it leads to a file, to nothing, to a device (as `/dev/stdout` may) or to a folder.

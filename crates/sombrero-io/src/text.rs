@@ -109,12 +109,18 @@ impl<'a> Lines<'a> {
             Some(_) => {}
         }
         while let Some(&byte) = self.bytes.get(self.at) {
-            if is_space(byte) || (byte == b'\\' && self.joint() > 0) {
+            if is_space(byte) || self.is_comment() || (byte == b'\\' && self.joint() > 0) {
                 break;
             }
             self.at += 1;
         }
         Some(start..self.at)
+    }
+
+    /// Whether a comment begins here. `1.#QNAN` and its like, as some C libraries write what is no number, hold none.
+    fn is_comment(&self) -> bool {
+        let is_number = self.at > 0 && self.bytes.get(self.at - 1) == Some(&b'.');
+        self.bytes.get(self.at) == Some(&b'#') && !is_number
     }
 
     /// Goes to the beginning of the next line; `false` when there is none.
@@ -375,6 +381,16 @@ pub(crate) fn words_of_points(source: &[u8], slots: &[usize], joining: Joining) 
     slots.iter().flat_map(words).collect()
 }
 
+/// The same without vertices that have no position, whose words stay as they are.
+pub(crate) fn words_of_placed(source: &[u8], slots: &[usize], joining: Joining) -> Vec<Range<usize>> {
+    let placed = |slot: &usize| {
+        let words = words_of_points(source, std::slice::from_ref(slot), joining);
+        let is_placed = words.len() == 3 && words.iter().all(|w| coordinate(source, w.clone()).is_finite());
+        if is_placed { words } else { Vec::new() }
+    };
+    slots.iter().flat_map(placed).collect()
+}
+
 /// Whether two points are the same to the bit.
 pub(crate) fn same(a: &Point3<f64>, b: &Point3<f64>) -> bool {
     a.iter().zip(b.iter()).all(|(a, b)| a.to_bits() == b.to_bits())
@@ -415,7 +431,18 @@ mod tests {
 
     #[test]
     fn a_comment_ends_with_its_line() {
-        assert_eq!(words_by_line(b"a # C:\\\nb#c", Joining::Backslash), [vec!["a"], vec!["b#c"]]);
+        assert_eq!(
+            words_by_line(b"a # C:\\\nb#c\\\nd", Joining::Backslash),
+            [vec!["a"], vec!["b"], vec!["d"]]
+        );
+    }
+
+    #[test]
+    fn a_comment_may_stand_right_behind_a_word() {
+        assert_eq!(
+            words_by_line(b"1.5#x\n-1.#IND\n2 #", Joining::Never),
+            [vec!["1.5"], vec!["-1.#IND"], vec!["2"]]
+        );
     }
 
     #[test]

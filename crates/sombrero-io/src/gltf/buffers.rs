@@ -48,7 +48,7 @@ pub(super) enum Origin {
 pub(super) struct Inline {
     /// Where it stands in the JSON, with quotes.
     pub(super) span: Range<usize>,
-    /// All up to the comma.
+    /// All up to the comma, as new bytes need it: in base64, however these were written.
     head: String,
     /// Whether it is filled up with `=`.
     padded: bool,
@@ -218,7 +218,9 @@ impl Loader<'_, '_> {
         };
         let span = span(self.text, raw.get()).ok_or_else(|| wrong("`uri` is no text"))?;
         if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-            let inline = self.inline(span, &uri).ok_or_else(|| wrong("its data URI is not base64"))?;
+            let inline = self
+                .inline(span, &uri)
+                .ok_or_else(|| wrong("its data URI has no comma, or what follows is not base64"))?;
             return Ok(Origin::Inline(inline));
         }
         let bytes = self.read(&uri)?;
@@ -230,13 +232,16 @@ impl Loader<'_, '_> {
 
     fn inline(&mut self, span: Range<usize>, uri: &str) -> Option<Inline> {
         let (head, payload) = uri.split_at_checked(uri.find(',')? + 1)?;
-        let (_, encoding) = head.trim_end_matches(',').rsplit_once(';')?;
-        if !encoding.eq_ignore_ascii_case("base64") {
-            return None;
+        let head = head.trim_end_matches(',');
+        let payload: Cow<'_, [u8]> = percent_decode_str(payload).into();
+        let encoding = head.rsplit_once(';').map(|(_, encoding)| encoding);
+        if !encoding.is_some_and(|encoding| encoding.eq_ignore_ascii_case("base64")) {
+            let head = format!("{head};base64,");
+            return Some(Inline { span, head, padded: true, bytes: payload.into_owned() });
         }
         let padded = payload.len().is_multiple_of(4);
         let bytes = engine(padded).decode(payload).ok()?;
-        Some(Inline { span, head: head.to_owned(), padded, bytes })
+        Some(Inline { span, head: format!("{head},"), padded, bytes })
     }
 
     fn read(&mut self, uri: &str) -> Result<Vec<u8>, ParseError> {

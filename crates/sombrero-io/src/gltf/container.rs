@@ -61,6 +61,11 @@ fn open_chunks(bytes: &[u8]) -> Result<Container, ParseError> {
         needed: length.into(),
         available: bytes.len() as u64,
     })?;
+    // Each chunk tells its own length. Where those reach further than the header says, they are right.
+    find_chunks(whole).or_else(|trouble| find_chunks(bytes).map_err(|_| trouble))
+}
+
+fn find_chunks(whole: &[u8]) -> Result<Container, ParseError> {
     let (kind, json) = chunk(whole, HEADER, 0)?;
     if kind != JSON {
         return Err(malformed("chunk", 0, "the first chunk of a GLB must be JSON"));
@@ -98,6 +103,14 @@ fn number(bytes: &[u8], at: usize) -> Option<u32> {
 }
 
 impl Container {
+    /// What is odd about the container, in a sentence.
+    pub(super) fn note(&self, bytes: &[u8]) -> Option<String> {
+        let told = number(bytes, 8).filter(|_| self.format == Format::Glb)? as usize;
+        let ends = self.bin.as_ref().map_or(self.json.end, |bin| bin.end);
+        (told < ends)
+            .then(|| format!("The header says that the file has {told} bytes, but it has {}.", bytes.len()))
+    }
+
     /// The JSON, without what fills its chunk up.
     pub(super) fn text<'a>(&self, bytes: &'a [u8]) -> Result<&'a str, ParseError> {
         let json = bytes.get(self.json.clone()).unwrap_or_default();
@@ -150,7 +163,7 @@ impl Container {
         let mut out = parts.concat();
         if is_binary {
             let grown = out.len() as u64 + u64::from(number(source, 8)?);
-            put(&mut out, 8, grown.checked_sub(source.len() as u64)?)?;
+            put(&mut out, 8, grown.saturating_sub(source.len() as u64))?;
             put(&mut out, HEADER, json.len() as u64)?;
             if self.bin.is_some() {
                 let header = self.json.start + json.len() + (old_bin.start - self.json.end);

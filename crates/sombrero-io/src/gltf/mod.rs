@@ -85,5 +85,8 @@ fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
         return Err(error::other_version(&version));
     }
     let root: json::Root<'_> = serde_json::from_str(text).map_err(|e| container.json_error(&e))?;
-    geometry::read(source, container, text, &root)
+    let note = container.note(source.bytes);
+    let mut parsed = geometry::read(source, container, text, &root)?;
+    parsed.notes.extend(note);
+    Ok(parsed)
 }

@@ -84,7 +84,7 @@ pub(super) fn cannot_be_written(
     buffers: &Buffers<'_>,
     stores: impl Iterator<Item = usize>,
 ) -> bool {
-    let entangled = entangled(root);
+    let entangled = entangled(root, buffers);
     let mut origins = stores.filter_map(|store| buffers.origins.get(store));
     origins.any(|origin| match origin {
         Origin::Packed(packed) => !packed.can_be_written() || entangled.contains(&packed.view),
@@ -92,15 +92,16 @@ pub(super) fn cannot_be_written(
     })
 }
 
-/// The compressed buffer views whose streams share bytes with another buffer view: a new stream would change that, too.
-fn entangled(root: &Root<'_>) -> BTreeSet<u32> {
+/// The compressed buffer views whose streams, or what stands uncompressed for them, share bytes with another stretch: new ones
+/// would change that, too.
+fn entangled(root: &Root<'_>, buffers: &Buffers<'_>) -> BTreeSet<u32> {
     let mut of_buffer: BTreeMap<u32, Vec<(u64, u64, u32)>> = BTreeMap::new();
     for (index, view) in (0..).zip(&root.buffer_views) {
-        let (buffer, start, length) = match &view.extensions.packed {
-            Some(packed) => (packed.buffer, packed.byte_offset, packed.byte_length),
-            None => (view.buffer, view.byte_offset, view.byte_length),
-        };
-        if length > 0 {
+        let packed = view.extensions.packed.as_deref();
+        let stream = packed.map(|packed| (packed.buffer, packed.byte_offset, packed.byte_length));
+        let plain = Some((view.buffer, view.byte_offset, view.byte_length))
+            .filter(|(buffer, ..)| packed.is_none() || buffers.store(*buffer).is_some());
+        for (buffer, start, length) in stream.into_iter().chain(plain).filter(|(.., length)| *length > 0) {
             of_buffer.entry(buffer).or_default().push((start, start.saturating_add(length), index));
         }
     }

@@ -308,6 +308,40 @@ fn a_cut_or_wrong_glb_is_refused() {
 }
 
 #[test]
+fn chunks_that_reach_beyond_the_length_in_the_header_are_right() {
+    let source = Model::square().glb();
+    for told in [0, 12, source.len() as u32 - 4] {
+        let mut short = source.clone();
+        short[8..12].copy_from_slice(&told.to_le_bytes());
+        let document = read(&short, "glb");
+        assert_eq!(document.points(), read(&source, "glb").points());
+        let note = format!("The header says that the file has {told} bytes, but it has {}.", source.len());
+        assert_eq!(document.notes(), [note]);
+        let (bytes, points) = moved(&document);
+        assert_eq!(read(bytes, "glb").points(), points);
+    }
+}
+
+#[test]
+fn data_uris_may_be_written_in_percent_signs() {
+    let model = Model::square();
+    let spelled = |bytes: &[u8]| bytes.iter().map(|byte| format!("%{byte:02X}")).collect::<String>();
+    for uri in [
+        format!("data:application/octet-stream,{}", spelled(&model.bin)),
+        format!("data:;base64,{}", spelled(BASE64_STANDARD.encode(&model.bin).as_bytes())),
+    ] {
+        let text = model.text_of(Some(uri.clone().into()));
+        let document = read(&text, "gltf");
+        assert_eq!(document.points(), read(model.glb(), "glb").points());
+        assert_eq!(document.with_points(document.points()).unwrap(), text.as_bytes());
+        let (bytes, points) = moved(&document);
+        assert_eq!(read(&bytes, "gltf").points(), points);
+        let head = uri.split(',').next().unwrap().trim_end_matches(";base64");
+        assert!(String::from_utf8(bytes).unwrap().contains(&format!("\"{head};base64,")), "{head}");
+    }
+}
+
+#[test]
 fn what_is_no_gltf_2_says_so() {
     let key = r#"{"format": "some key", "secret": [1, 2, 3], "nodes": 5}"#;
     let message = parse_error(key, "json").to_string();

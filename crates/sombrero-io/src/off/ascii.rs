@@ -51,7 +51,7 @@ impl parsed::Layout for Layout {
     }
 
     fn words(&self, original: &Original<'_>) -> Option<Words> {
-        let coordinates = text::words_of_points(original.bytes, &self.slots, self.joining);
+        let coordinates = text::words_of_placed(original.bytes, &self.slots, self.joining);
         Some(Words { coordinates, ..Words::default() })
     }
 
@@ -299,6 +299,9 @@ mod tests {
             "OFF\n4\n1\n",
             "4\n1 # faces\n0 # edges\n",
             "# hm\n\nOFF # yes\n\n# no\n4 1 0 # counts\n\n",
+            "Off\n4 1 0\n",
+            "OFF# keyword\n4 1 0# counts\n",
+            "\u{feff}OFF4 1 0\n",
         ] {
             let document = read(format!("{head}{BODY}"), "off");
             assert_eq!(document.points().len(), 4, "{head}");
@@ -313,6 +316,10 @@ mod tests {
             ("NOFF", "0 0 1", &["normals"]),
             ("CNOFF", "0 0 1 .1 .2 .3 1", &["normals", "colours"]),
             ("STOFF", "0.5 0.5", &["texture coordinates"]),
+            ("NCOFF", "0 0 1 .1 .2 .3 1", &["normals", "colours"]),
+            ("NCSTOFF", "0 0 1 .1 .2 .3 1 .5 .5", &["normals", "colours", "texture coordinates"]),
+            ("coff", "255 0 0 255", &["colours"]),
+            ("noff", "0 0 1", &["normals"]),
             ("STCNOFF", "0 0 1 .1 .2 .3 1 .5 .5", &["normals", "colours", "texture coordinates"]),
             ("OFF", "255 0 0", &["unnamed vertex values"]),
         ] {

@@ -25,27 +25,30 @@ impl Keyword {
         Some((Self::parse(&spelled[..length])?, word.start + length))
     }
 
-    /// Understands `[ST][C][N][4][n]OFF`.
+    /// Understands `[ST][C][N][4][n]OFF`, also with its letters in another order, as MeshLab writes them, which changes
+    /// nothing of the order of the values. Where `OFF` is not in capitals, `n` means `N`.
     fn parse(keyword: &[u8]) -> Option<Self> {
-        if keyword == b"off" {
-            return Some(Self::default());
+        let (letters, off) = keyword.split_at_checked(keyword.len().checked_sub(3)?)?;
+        if !off.eq_ignore_ascii_case(b"OFF") {
+            return None;
         }
-        let mut rest = keyword.strip_suffix(b"OFF")?;
-        let mut has = |letters: &[u8]| match rest.strip_prefix(letters) {
-            Some(after) => {
-                rest = after;
-                true
+        let letters = if off == b"OFF" { letters.to_vec() } else { letters.to_ascii_uppercase() };
+        let (mut keyword, mut rest) = (Self::default(), letters.as_slice());
+        while !rest.is_empty() {
+            let (seen, letters) = match rest {
+                [b'S', b'T', rest @ ..] => (&mut keyword.texture, rest),
+                [b'C', rest @ ..] => (&mut keyword.colours, rest),
+                [b'N', rest @ ..] => (&mut keyword.normals, rest),
+                [b'4', rest @ ..] => (&mut keyword.four, rest),
+                [b'n', rest @ ..] => (&mut keyword.any, rest),
+                _ => return None,
+            };
+            if std::mem::replace(seen, true) {
+                return None;
             }
-            None => false,
-        };
-        let keyword = Self {
-            texture: has(b"ST"),
-            colours: has(b"C"),
-            normals: has(b"N"),
-            four: has(b"4"),
-            any: has(b"n"),
-        };
-        rest.is_empty().then_some(keyword)
+            rest = letters;
+        }
+        Some(keyword)
     }
 
     /// Why files of this keyword are not read, if they are not.

@@ -46,9 +46,15 @@ impl Header {
     }
 }
 
+/// The first word.
+const MAGIC: &[u8] = b"ply";
+
 /// Whether the first line says `ply`.
 pub(super) fn is_ply(bytes: &[u8]) -> bool {
-    matches!(bytes, [b'p', b'l', b'y', end, ..] if text::is_space(*end))
+    let line = bytes[text::beginning(bytes)..].split_at_checked(MAGIC.len());
+    line.is_some_and(|(word, rest)| {
+        word.eq_ignore_ascii_case(MAGIC) && rest.first().is_some_and(|end| text::is_space(*end))
+    })
 }
 
 /// Reads the header.
@@ -56,7 +62,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, ParseError> {
     let mut reader =
         Reader { lines: HeaderLines::new(bytes), number: 0, encoding: None, elements: Vec::new() };
     let first = reader.next()?;
-    if first.first() != Some(&&b"ply"[..]) {
+    if !first.first().is_some_and(|word| word.eq_ignore_ascii_case(MAGIC)) {
         return Err(reader.malformed("a PLY file must begin with a line that says `ply`".into()));
     }
     loop {
@@ -90,7 +96,7 @@ impl<'a> HeaderLines<'a> {
             Some(i) if bytes[i] == b'\r' && bytes.get(i + 1) != Some(&b'\n') => b'\r',
             _ => b'\n',
         };
-        Self { bytes, at: 0, end }
+        Self { bytes, at: text::beginning(bytes), end }
     }
 
     /// The next line; `None` when no line end follows any more.

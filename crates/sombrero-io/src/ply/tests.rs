@@ -12,6 +12,25 @@ fn ascii(header: &str, rows: &str) -> String {
     format!("ply\nformat ascii 1.0\n{header}end_header\n{rows}")
 }
 
+#[test]
+fn a_byte_order_mark_and_capitals_change_nothing() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    for text in [
+        format!("\u{feff}{text}"),
+        text.replacen("ply", "PLY", 1),
+        format!("\u{feff}{}", text.replace('\n', "\r")),
+    ] {
+        for extension in ["ply", "obj"] {
+            let document = read(&text, extension);
+            assert_eq!(document.triangles(), [[0, 1, 2]]);
+            let (bytes, points) = moved(&document);
+            assert_eq!(read(&bytes, "ply").points(), points);
+            assert!(bytes.starts_with(&text.as_bytes()[..20]));
+        }
+    }
+}
+
 fn malformed(line: usize, problem: &str) -> ParseError {
     ParseError::Malformed { place: Place::Line(line), problem: problem.into() }
 }

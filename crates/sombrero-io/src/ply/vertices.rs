@@ -167,12 +167,22 @@ pub(super) fn words<'a, B: Body<'a>>(mut body: B, element: &Element, rows: &Rows
     for row in 0..element.count {
         let Some(start) = rows.start(row) else { continue };
         body.seek(start);
+        let (first, mut is_placed) = (coordinates.len(), true);
         for property in &element.properties {
             match axis(AXES, property) {
-                Some((_, scalar)) => coordinates.extend(body.pass(scalar)),
+                Some((_, scalar)) => {
+                    let span = body.pass(scalar);
+                    let value = span.clone().and_then(|span| body.value(scalar, span));
+                    is_placed &= value.is_some_and(f64::is_finite);
+                    coordinates.extend(span);
+                }
                 None if body::skip(&mut body, property.kind, element, row).is_err() => break,
                 None => {}
             }
+        }
+        if !is_placed {
+            // The numbers of what has no position stay as they are.
+            coordinates.truncate(first);
         }
     }
     Words { coordinates, ..Words::default() }

@@ -1,6 +1,7 @@
 //! ASCII STL: `solid`, then `facet normal … outer loop vertex … endloop endfacet`, then `endsolid`.
 //!
-//! What is said between the facets and behind the words of one is passed over: names, colours, comments, a tail. Keywords
+//! What is said between the facets and behind the words of one is passed over: names, colours, comments (from `#` or `;` on),
+//! a tail. Keywords
 //! may be in any case, in one word or in two (`end loop`), with a name behind them (`endsolidNAME`); line ends count as
 //! spaces within a facet. A file may hold several solids, and its last line may be missing. A facet itself must be
 //! whole: three vertices and an end, which tells that the last number was not cut off.
@@ -30,9 +31,29 @@ pub(super) fn is_ascii(bytes: &[u8]) -> bool {
         return false;
     }
     (0..MOST_LINES).any(|_| {
-        reader.words.skip_line();
+        reader.pass_name();
         matches!(reader.line().map(|(line, _)| line), Some(Line::Facet | Line::End))
     })
+}
+
+/// The byte where the first facet begins that has a normal or a loop behind that word.
+pub(super) fn first_facet(bytes: &[u8]) -> Option<usize> {
+    let mut reader = Reader::new(bytes, text::beginning(bytes));
+    loop {
+        let word = reader.words.word()?;
+        if !reader.is(&word, "facet") {
+            continue;
+        }
+        let mut words = Words::new(bytes, word.end);
+        let is = |word: Option<&Range<usize>>, keyword| word.is_some_and(|word| reader.is(word, keyword));
+        let next = words.word();
+        // A header may speak of normals; a number begins with something that is seen.
+        let is_seen = |word: Range<usize>| bytes[word.start].is_ascii_graphic();
+        let has_normal = is(next.as_ref(), "normal") && words.word().is_some_and(is_seen);
+        if has_normal || is(next.as_ref(), "outer") || is(next.as_ref(), "outerloop") {
+            return Some(word.start);
+        }
+    }
 }
 
 /// Where the coordinates stand.
@@ -83,7 +104,11 @@ pub(super) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
             Line::End => ended = true,
             Line::Other => {}
         }
-        reader.words.skip_line();
+        if is_comment(&bytes[word]) {
+            reader.words.skip_line();
+        } else {
+            reader.pass_name();
+        }
     }
     let mut attributes = Attributes::default();
     attributes.note("facet normals");
@@ -93,6 +118,11 @@ pub(super) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
         parsed.notes.push("The text ends without `endsolid`: if it was cut off, facets are missing.".into());
     }
     Ok(parsed)
+}
+
+/// Whether a comment begins with this word.
+fn is_comment(word: &[u8]) -> bool {
+    matches!(word.first(), Some(b'#' | b';'))
 }
 
 struct Reader<'a> {
@@ -142,6 +172,27 @@ impl<'a> Reader<'a> {
             Line::Other
         };
         Some((line, word))
+    }
+
+    /// Passes over a name: to the end of the line, or to a facet that begins in it, as where a whole file is one line.
+    fn pass_name(&mut self) {
+        while !self.words.is_at_line_end() {
+            let before = self.words.at();
+            let Some(word) = self.words.word() else { return };
+            if self.is(&word, "facet") && self.is_before_normal() {
+                self.back_to::<()>(before);
+                return;
+            }
+        }
+    }
+
+    /// Whether a normal and a loop follow, which no name has.
+    fn is_before_normal(&self) -> bool {
+        let mut words = Words::new(self.bytes, self.words.at());
+        let mut next = || words.word();
+        next().is_some_and(|word| self.is(&word, "normal"))
+            && (0..3).all(|_| next().is_some_and(|word| text::number(&self.bytes[word]).is_some()))
+            && next().is_some_and(|word| self.is(&word, "outer") || self.is(&word, "outerloop"))
     }
 
     /// Whether the next word is this one.
@@ -220,6 +271,10 @@ impl<'a> Reader<'a> {
             let word = self.word()?;
             if keywords.iter().any(|keyword| self.is(&word, keyword)) {
                 return Ok(());
+            }
+            if is_comment(&self.bytes[word.clone()]) {
+                self.words.skip_line();
+                continue;
             }
             let ends = self.is(&word, "end") && ["loop", "facet", "solid"].iter().any(|k| self.next_is(k));
             if ends || OTHERS.iter().any(|keyword| self.is(&word, keyword)) {
@@ -470,6 +525,9 @@ mod tests {
             ("solid my part\n", "solid solid facet normal\n"),
             ("endfacet\n", "endfacet\nCOLOUR 0 0 1\n"),
             ("endfacet\n", "endfacet\nendfacet\n"),
+            ("endloop", "# the last vertex of an outer loop\nendloop"),
+            ("facet normal 0 0.6 0.8", "facet normal 0 0.6 0.8 ; facet normal\n"),
+            ("endfacet\n", "endfacet\n; facet normal 0 0 1 outer loop\n"),
         ] {
             let text = file(2);
             let (body, end) = text.split_at(text.len() - "endsolid my part\n".len());
@@ -481,6 +539,15 @@ mod tests {
             holds(&text, 2);
             holds(&text.replace('\n', "\r\n"), 2);
         }
+    }
+
+    #[test]
+    fn a_file_may_be_one_line() {
+        let text = file(2).replace('\n', " ");
+        holds(&text, 2);
+        holds(&format!("{text}{text}"), 4);
+        assert_eq!(read(text.replace("endfacet", "endfacet color 1 0 0"), "stl").triangles().len(), 2);
+        holds(&text.replacen("solid my part", "solid facet normal 1 2", 1), 2);
     }
 
     #[test]
@@ -510,6 +577,21 @@ mod tests {
             points[1].x = 2.525;
             let again = read(document.with_points(&points).unwrap(), "stl");
             assert_eq!(again.points(), points, "{at}");
+        }
+    }
+
+    #[test]
+    fn a_zero_in_a_text_does_not_make_it_binary_when_numbers_shrink() {
+        for name in [0, 30, 60, 90] {
+            for zero in 0..200 {
+                let mut bytes = format!("solid {:name$}\n{}", "", FACET.repeat(2)).into_bytes();
+                bytes = String::from_utf8(bytes).unwrap().replace("0.6", "0.600000000000000").into_bytes();
+                bytes.insert(zero, 0);
+                let Ok(document) = crate::Document::parse(bytes, Some("stl")) else { continue };
+                let points: Vec<_> = document.points().iter().map(|p| p * 2.0).collect();
+                let bytes = document.with_points(&points).unwrap();
+                assert_eq!(read(bytes, "stl").points(), points, "{name} {zero}");
+            }
         }
     }
 

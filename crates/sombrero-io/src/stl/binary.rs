@@ -7,6 +7,7 @@
 use nalgebra::Point3;
 use sombrero_mesh::Soup;
 
+use super::ascii;
 use super::facet::{normal, triangles};
 use crate::attributes::Attributes;
 use crate::coordinate;
@@ -50,12 +51,13 @@ pub(super) fn may_be_binary(bytes: &[u8]) -> bool {
 }
 
 /// Whether there is a zero where no position stands: in the first bytes, as in the count of most binary files, or in the
-/// attribute of the first facet. Of a text whose facets begin in the first bytes, what stands there changes with its numbers.
+/// attribute of the first facet. Of a text, what stands behind the first facet's beginning changes with its numbers.
 pub(super) fn has_nul(bytes: &[u8]) -> bool {
-    let first = &bytes[..bytes.len().min(PREFIX)];
-    let attribute = bytes.get(PREFIX + RECORD - 2..PREFIX + RECORD).unwrap_or_default();
-    let has_facets = || first.windows(5).any(|word| word.eq_ignore_ascii_case(b"facet"));
-    memchr::memchr(0, first).is_some() || attribute.contains(&0) && !has_facets()
+    let first = &bytes[..bytes.len().min(PREFIX + RECORD)];
+    let steady = &first[..ascii::first_facet(first).unwrap_or(first.len())];
+    let (header, record) = steady.split_at(steady.len().min(PREFIX));
+    let attribute = record.get(RECORD - 2..).unwrap_or_default();
+    memchr::memchr(0, header).is_some() || attribute.contains(&0)
 }
 
 /// Reads the whole file; bytes behind the last facet are passed over.
@@ -81,6 +83,12 @@ pub(super) fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
         parsed
             .notes
             .push(format!("The header counts {count} facets, but {held} follow, and all of them are read."));
+    }
+    let behind = bytes.len() - PREFIX - RECORD * held;
+    if behind >= RECORD {
+        parsed.notes.push(format!(
+            "UNMARKED: {behind} bytes behind the facets that the header counts are not read, and stay as they are."
+        ));
     }
     Ok(parsed)
 }
@@ -286,6 +294,16 @@ mod tests {
         source.extend_from_slice(b"tail");
         assert_eq!(read(source.clone(), "stl").triangles().len(), 2);
         assert_eq!(parse_error(&source[..PREFIX], "stl"), ParseError::NoVertices);
+    }
+
+    #[test]
+    fn what_could_be_more_facets_behind_the_last_is_told() {
+        let one = file(b"header", 3);
+        let document = read([one.clone(), one.clone()].concat(), "stl");
+        assert_eq!(document.triangles().len(), 3);
+        let note = "UNMARKED: 234 bytes behind the facets that the header counts are not read, and stay as they are.";
+        assert_eq!(document.notes(), [note]);
+        assert!(read([one.as_slice(), &[7; 49]].concat(), "stl").notes().is_empty());
     }
 
     #[test]

@@ -89,8 +89,11 @@ fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     Ok(assemble(parts, scene, &roles, findings))
 }
 
-/// Where nothing is a model, what is not printed elsewhere is all there is to show.
+/// Where nothing is a model, or no item is printed, what is not printed elsewhere is all there is to show.
 fn show_something(parts: &mut [Part]) {
+    if let Some(root) = parts.first_mut().filter(|root| root.items.is_empty()) {
+        root.items = std::mem::take(&mut root.unprinted);
+    }
     if parts.iter().flat_map(|part| &part.objects).all(|object| !object.is_model()) {
         parts.iter_mut().flat_map(|part| &mut part.objects).for_each(|object| object.unprinted = false);
     }
@@ -111,6 +114,10 @@ fn assemble(parts: Vec<Part>, scene: Scene, roles: &Roles, findings: Findings) -
     let (mut soup, mut layout) = (Soup::default(), Layout::default());
     let (mut repeated, mut unusable, mut places) = (0_u64, 0, Vec::new());
     let mut unprinted = scene.unprinted;
+    let hidden = match parts.first() {
+        Some(root) if !root.unprinted.is_empty() => "that the build does not show, or says not to print,",
+        _ => "that the build does not show",
+    };
     let mut placed = scene.placed.into_iter().peekable();
     for (number, part) in parts.into_iter().enumerate() {
         let mut place = PartLayout { entry: part.entry, slots: Vec::new(), blocks: Vec::new() };
@@ -136,7 +143,7 @@ fn assemble(parts: Vec<Part>, scene: Scene, roles: &Roles, findings: Findings) -
         layout.parts.push(place);
     }
     let objects = |count, which| unmarked(count, ["object", "objects"], which);
-    notes.extend(objects(scene.hidden, "that the build does not show"));
+    notes.extend(objects(scene.hidden, hidden));
     notes.extend(objects(scene.supports, "for support"));
     let volumes = ["volume of a slicer", "volumes of a slicer"];
     notes.extend(unmarked(unprinted, volumes, "(modifier, negative or for supports)"));

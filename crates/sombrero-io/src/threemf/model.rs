@@ -72,6 +72,8 @@ pub(super) struct Part {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) components: Vec<Link>,
     pub(super) items: Vec<Link>,
+    /// Items that slicers are told not to print.
+    pub(super) unprinted: Vec<Link>,
 }
 
 impl Object {
@@ -341,9 +343,13 @@ impl<'x> Reader<'_, '_, '_, 'x> {
 
     fn item(&mut self, tag: Tag<'x>) -> Result<Node, ParseError> {
         let link = self.link(tag)?;
+        let [printable] = self.xml.pick(tag, ["printable"])?;
+        let is_printed = self.xml.maybe(tag, printable)?.is_none_or(|value| &*value != "0");
         // Only the model that the package names has a say in what is built.
-        if self.number == 0 {
-            self.part.items.push(link);
+        match (self.number, is_printed) {
+            (0, true) => self.part.items.push(link),
+            (0, false) => self.part.unprinted.push(link),
+            _ => {}
         }
         Ok(Node::Other)
     }

@@ -262,6 +262,22 @@ fn the_first_path_decides_and_files_give_the_order() {
     assert_eq!(document.triangles_with_instances(), 5);
 }
 
+#[test]
+fn items_that_are_not_to_be_printed_are_not_shown_unless_nothing_else_is() {
+    let objects = [1, 2].map(|id| object(id, &mesh(1))).concat();
+    let read_with = |first: &str, second: &str| {
+        let build = format!("<item objectid=\"1\" {first}/><item objectid=\"2\" {second}/>");
+        read(package(&model(&objects, &build)), "3mf")
+    };
+    let note = "UNMARKED: 1 object that the build does not show, or says not to print, stays as it is.";
+    let document = read_with("printable=\"1\"", "printable=\"0\"");
+    assert_eq!(document.points().len(), 3);
+    assert_eq!(document.notes(), [note]);
+    for both in ["", "printable=\"0\""] {
+        assert_eq!(read_with(both, both).points().len(), 6, "{both}");
+    }
+}
+
 fn package_with(model: &str, name: &str, content: &str) -> Vec<u8> {
     zip(&[
         ("[Content_Types].xml", TYPES.as_bytes()),

@@ -195,6 +195,15 @@ fn streams_that_share_bytes_with_others_do_not_move() {
 }
 
 #[test]
+fn streams_among_what_stands_uncompressed_do_not_move() {
+    // Found by mutation: the view says that its content stands where its stream does.
+    let model = with_floats("EXT_meshopt_compression").with("/bufferViews/0/buffer", json!(0));
+    let document = model.document();
+    assert!(document.fixed().is_some_and(|why| why.contains("unpack the file first")));
+    assert!(document.with_points(&lifted(&document, |p| p * 2.0)).is_err());
+}
+
+#[test]
 fn streams_that_nothing_shown_needs_may_be_anything() {
     for name in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
         let elsewhere = Model::square().with("/bufferViews/2/extensions", json!({name: {"buffer": 7}}));
