@@ -1,0 +1,101 @@
+//! What the worker calls. Files are copied in and out; figures are JSON; a refusal is thrown as its sentence.
+
+use crate::file::File;
+use crate::look;
+use crate::mark;
+use crate::view;
+use serde_json::json;
+use sombrero::Stages;
+use sombrero::progress::{Listener, TARGET};
+use sombrero::watermark::Identity;
+use tracing::subscriber::with_default;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+#[wasm_bindgen]
+extern "C" {
+    /// A function of the worker's, which tells the page how far its task is.
+    #[wasm_bindgen(js_name = tellProgress)]
+    fn tell_progress(stage: &str, done: f64, of: f64);
+}
+
+/// A file for the page.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// Its name.
+    pub name: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+impl From<File> for Given {
+    fn from(File { name, bytes }: File) -> Self {
+        Self { name, bytes }
+    }
+}
+
+/// The answer to a task.
+#[wasm_bindgen(getter_with_clone)]
+#[derive(Debug)]
+pub struct Answer {
+    /// The files that came of it.
+    pub files: Vec<Given>,
+    /// The figures, as JSON.
+    pub figures: String,
+}
+
+/// A marked copy and its key.
+///
+/// # Errors
+/// The sentence of a [`Refusal`](crate::Refusal).
+#[wasm_bindgen(js_name = mark)]
+pub fn mark_model(
+    name: String,
+    bytes: Vec<u8>,
+    owner: String,
+    recipient: String,
+    secret: &[u8],
+) -> Result<Answer, String> {
+    let marked = heard(|| mark::mark(File { name, bytes }, Identity { owner, recipient }, secret));
+    let marked = marked.map_err(|refusal| refusal.to_string())?;
+    Ok(Answer {
+        files: vec![marked.copy.into(), marked.key.into()],
+        figures: serde_json::to_string(&marked.report).map_err(|e| e.to_string())?,
+    })
+}
+
+/// The verdict on a suspect, and its report.
+///
+/// # Errors
+/// The sentence of a [`Refusal`](crate::Refusal).
+#[wasm_bindgen(js_name = look)]
+pub fn look_at_suspect(
+    suspect_name: String,
+    suspect: Vec<u8>,
+    original_name: String,
+    original: Vec<u8>,
+    key_name: String,
+    key: Vec<u8>,
+) -> Result<Answer, String> {
+    let suspect = File { name: suspect_name, bytes: suspect };
+    let original = File { name: original_name, bytes: original };
+    let key = File { name: key_name, bytes: key };
+    let verdict = heard(|| look::look(suspect, original, &key)).map_err(|refusal| refusal.to_string())?;
+    let said = json!({ "claim": verdict.claim, "notes": verdict.notes, "record": verdict.figures });
+    Ok(Answer { files: vec![verdict.report.into()], figures: said.to_string() })
+}
+
+/// The page in which a model can be turned, as HTML.
+///
+/// # Errors
+/// The sentence of a [`Refusal`](crate::Refusal).
+#[wasm_bindgen(js_name = view)]
+pub fn view_model(name: String, bytes: Vec<u8>) -> Result<String, String> {
+    view::view(File { name, bytes }).map_err(|refusal| refusal.to_string())
+}
+
+/// The result of `work`, whose stages and steps the worker is told.
+fn heard<T>(work: impl FnOnce() -> T) -> T {
+    let tell = |stage: &str, done: u64, of: u64| tell_progress(stage, done as f64, of as f64);
+    with_default(Listener::new(&[Stages::TARGET, TARGET], tell), work)
+}
