@@ -16,6 +16,10 @@ extern "C" {
     /// A function of the worker's, which tells the page how far its task is.
     #[wasm_bindgen(js_name = tellProgress)]
     fn tell_progress(stage: &str, done: f64, of: f64);
+
+    /// Another, which hands the page what it need not wait for.
+    #[wasm_bindgen(js_name = giveEarly)]
+    fn give_early(answer: Answer);
 }
 
 /// A file for the page.
@@ -44,7 +48,7 @@ pub struct Answer {
     pub figures: String,
 }
 
-/// A marked copy and its key.
+/// The figures of a marked copy. Its file and its key are given early.
 ///
 /// # Errors
 /// The sentence of a [`Refusal`](crate::Refusal).
@@ -56,12 +60,14 @@ pub fn mark_model(
     recipient: String,
     secret: &[u8],
 ) -> Result<Answer, String> {
-    let marked = heard(|| mark::mark(File { name, bytes }, Identity { owner, recipient }, secret));
-    let marked = marked.map_err(|refusal| refusal.to_string())?;
-    Ok(Answer {
-        files: vec![marked.copy.into(), marked.key.into()],
-        figures: serde_json::to_string(&marked.report).map_err(|e| e.to_string())?,
-    })
+    let ready = |marked: &mark::MarkedCopy| {
+        let files = [&marked.copy, &marked.key].map(|file| Given::from(file.clone()));
+        give_early(Answer { files: files.into(), figures: "{}".to_owned() });
+    };
+    let identity = Identity { owner, recipient };
+    let marked = heard(|| mark::mark(File { name, bytes }, identity, secret, ready));
+    let report = marked.map_err(|refusal| refusal.to_string())?.report;
+    Ok(Answer { files: Vec::new(), figures: serde_json::to_string(&report).map_err(|e| e.to_string())? })
 }
 
 /// The verdict on a suspect, and its report.

@@ -5,7 +5,7 @@ use sombrero::io::{Document, Limits};
 use std::ffi::OsStr;
 use std::path::Path;
 
-/// Bytes of the largest file that is read. A page can refuse a larger one before it reads it.
+/// Bytes of the largest file that is read. The page refuses a larger one before it reads it.
 pub const LARGEST_FILE: u64 = 64 << 20;
 
 /// The most triangles that a model may have, instances counted: detection then takes about a gigabyte, and browsers on

@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_copy_is_found_and_its_original_is_not() {
-        let marked = mark(model(600), Identity::default(), &[1; 32]).unwrap();
+        let marked = mark(model(600), Identity::default(), &[1; 32], |_| ()).unwrap();
         let found = look(marked.copy, model(600), &marked.key).unwrap();
         assert!(found.detected && found.claim.contains("convinces anybody"), "{}", found.claim);
         assert_eq!(found.report.name, "vase-marked.off.html");
@@ -112,8 +112,8 @@ mod tests {
 
     #[test]
     fn files_that_do_not_belong_together_are_refused_by_name() {
-        let marked = mark(model(600), Identity::default(), &[1; 32]).unwrap();
-        let refusal = look(marked.copy.clone(), model(700), &marked.key).unwrap_err();
+        let marked = mark(model(600), Identity::default(), &[1; 32], |_| ()).unwrap();
+        let refusal = look(marked.copy.clone(), model(2000), &marked.key).unwrap_err();
         assert!(refusal.to_string().starts_with("vase.key: "), "{refusal}");
         let refusal = look(model(600), model(600), &marked.copy).unwrap_err();
         assert!(matches!(&refusal, Refusal::Key { name, .. } if name == "vase-marked.off"), "{refusal}");
