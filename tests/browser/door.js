@@ -5,44 +5,44 @@ const decoded = (text) => Uint8Array.from(atob(text), (sign) => sign.charCodeAt(
 
 async function visit(frame) {
   const [page, window] = [frame.contentDocument, frame.contentWindow];
-  const { clientWidth: width, scrollWidth } = page.documentElement;
-  const blobs = remembered(window);
-  // The secret that the command is given too.
-  window.crypto.getRandomValues = (array) => array.fill(given.secret);
   const [mark, look] = ['mark', 'look'].map((id) => page.getElementById(id));
-  const seen = { width, content_width: Math.max(scrollWidth, page.body.scrollWidth) };
-  seen.paper = window.getComputedStyle(page.body).backgroundColor;
-  seen.nameless = nameless(page);
-  seen.large = await refused(window, look);
-
+  const seen = { large: await refused(window, look), nameless: nameless(page) };
   choose(window, mark, 'model', given.model, decoded(given.content));
   seen.shown = await comes(() => mark.querySelector('.frame iframe')) && mark.querySelector('.frame iframe').title;
-  mark.elements.owner.value = 'A. Museum';
-  seen.cancelled = await cancelled(page, mark);
-  let start = performance.now();
-  seen.marked = await done(mark);
-  seen.mark_seconds = (performance.now() - start) / 1000;
-  const [copy, key] = [...mark.querySelectorAll('.saves a')].map((a) => ({ name: a.download, blob: blobs.get(a.href) }));
-  seen.saved = [copy.name, key.name];
-  seen.measured = await comes(() => mark.querySelector('.figures') && !mark.querySelector('.actions').hidden);
-  [seen.copy, seen.key] = [await encoded(copy.blob), await encoded(key.blob)];
-
-  const suspect = given.suspect ? decoded(given.suspect) : new Uint8Array(await copy.blob.arrayBuffer());
-  drop(window, look, 'suspect', copy.name, suspect);
-  choose(window, look, 'original', given.model, decoded(given.content));
-  choose(window, look, 'key', key.name, new Uint8Array(await key.blob.arrayBuffer()));
-  await comes(() => look.querySelector('.frame iframe'));
-  start = performance.now();
-  seen.verdict = await done(look);
-  seen.look_seconds = (performance.now() - start) / 1000;
-  const report = look.querySelector('.saves a');
-  seen.reported = report.download;
-  seen.report = await encoded(blobs.get(report.href));
-
+  if (given.secret) Object.assign(seen, await marksAndLooks(page, window, mark, look));
+  const { clientWidth: width, scrollWidth } = page.documentElement;
+  Object.assign(seen, { width, content_width: Math.max(scrollWidth, page.body.scrollWidth) });
+  seen.paper = window.getComputedStyle(page.body).backgroundColor;
   seen.nameless.push(...nameless(page));
   seen.least_contrast = leastContrast(page, window);
   seen.loaded = window.performance.getEntriesByType('resource').map((entry) => entry.name).filter((name) => !/^(data|blob):/.test(name));
   seen.connected = await window.fetch('data:text/plain,a').then(() => true, () => false);
+  return seen;
+}
+
+async function marksAndLooks(page, window, mark, look) {
+  const seen = {};
+  const blobs = remembered(window);
+  // The secret that the command is given too.
+  window.crypto.getRandomValues = (array) => array.fill(given.secret);
+  mark.elements.owner.value = 'A. Museum';
+  seen.cancelled = await cancelled(page, mark);
+  seen.marked = await done(mark);
+  const saved = [...mark.querySelectorAll('.saves a')].map((a) => ({ name: a.download, blob: blobs.get(a.href) }));
+  seen.saved = saved.map((file) => file.name);
+  if (saved.length !== 2) return seen;
+  const [copy, key] = saved;
+  seen.measured = await comes(() => mark.querySelector('.figures') && !mark.querySelector('.actions').hidden);
+  [seen.copy, seen.key] = [await encoded(copy.blob), await encoded(key.blob)];
+
+  drop(window, look, 'suspect', copy.name, new Uint8Array(await copy.blob.arrayBuffer()));
+  choose(window, look, 'original', given.model, decoded(given.content));
+  choose(window, look, 'key', key.name, new Uint8Array(await key.blob.arrayBuffer()));
+  await comes(() => look.querySelector('.frame iframe'));
+  seen.verdict = await done(look);
+  const report = look.querySelector('.saves a');
+  seen.reported = report?.download;
+  if (report) seen.report = await encoded(blobs.get(report.href));
   return seen;
 }
 

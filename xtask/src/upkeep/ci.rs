@@ -20,13 +20,15 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
     step("cargo check --manifest-path fuzz/Cargo.toml --target-dir target", &[])?;
     println!("== the page for browsers");
     let start = Instant::now();
-    match page::check()? {
+    match page::check(RELEASE)? {
         // It is built of the library crates, which need no other check then.
         Ok(()) => println!("== {:.0} s", start.elapsed().as_secs_f64()),
         Err(why) => {
             println!("== {why}: the page was not visited");
             if page::has_target() {
                 step(&wasm_check()?, &[])?;
+            } else {
+                println!("== no target {WASM}: nothing was checked for it (`rustup target add {WASM}`)");
             }
         }
     }
