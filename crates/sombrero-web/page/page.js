@@ -150,12 +150,12 @@ class Form {
   }
 
   busy(yes) {
-    const held = document.activeElement;
-    this.work.hidden = !yes;
-    this.actions.hidden = yes;
+    const [shown, gone] = yes ? [this.work, this.actions] : [this.actions, this.work];
+    shown.hidden = false;
+    // Whoever works with keys finds himself where the button was. What is hidden with the focus on it may lose it later.
+    if (gone.contains(document.activeElement)) shown.querySelector('button').focus();
+    gone.hidden = true;
     this.tell({ stage: 'reading', done: 0, of: 0 });
-    // Whoever works with keys finds himself where the button was.
-    if (this.form.contains(held) && held.offsetHeight === 0) (yes ? this.work : this.actions).querySelector('button').focus();
   }
 
   tell({ stage, done, of }) {
