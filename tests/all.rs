@@ -21,3 +21,4 @@ mod robust;
 mod stories;
 mod suspects;
 mod tracing;
+mod web;

@@ -1,10 +1,13 @@
 //! The report in a real browser: the view draws and obeys, the page loads nothing, fits a telephone and can be read in
-//! light and dark. Where no Chromium is installed, the test says so and passes.
+//! light and dark. Likewise the page of the browser's door (`door`). Where no Chromium is installed, the tests say so and pass.
 //!
 //! With `SOMBRERO_SCREENSHOTS=docs`, a folder, the pictures of a report in the documentation are made again.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::print_stderr, reason = "that nothing was tested must not go unsaid")]
+
+#[path = "browser/door.rs"]
+mod door;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::Value;
@@ -111,10 +114,15 @@ impl Browser {
 
     /// What the visitor found out about the page in a window of this width.
     fn visit(&self, page: &str, width: u32, options: &[&str]) -> (Value, String) {
+        self.visit_with(page, "", width, options)
+    }
+
+    /// The same with `more` of the page around it, after the visitor.
+    fn visit_with(&self, page: &str, more: &str, width: u32, options: &[&str]) -> (Value, String) {
         let frame = page.replace('&', "&amp;").replace('"', "&quot;");
         let wrapper = format!(
             "<!DOCTYPE html><meta charset=utf-8><meta name=color-scheme content=\"light dark\"><title>-</title>\
-             <output></output><iframe hidden></iframe><script>{VISITOR}</script>\
+             <output></output><iframe hidden></iframe><script>{VISITOR}</script>{more}\
              <iframe width={width} height=900 style=\"border:0\" onload=\"begin(this)\" srcdoc=\"{frame}\"></iframe>"
         );
         let seen = self.open(&wrapper, &[&["--dump-dom", "--window-size=1400,1000"], options].concat());

@@ -118,11 +118,13 @@ function luminance(color) {
   return 0.2126 * r + 0.7152 * g + 0.0722 * b;
 }
 
+/** A report holds more bytes than a function takes arguments. */
+function base64(bytes) {
+  return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
+}
+
 async function begin(frame) {
   const seen = await visit(frame).catch((error) => ({ failed: String(error.stack) }));
-  // Base64 knows bytes only, and a report holds more of them than a function takes arguments.
-  const bytes = new TextEncoder().encode(JSON.stringify(seen));
-  const text = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
-  document.querySelector('output').textContent = text;
+  document.querySelector('output').textContent = base64(new TextEncoder().encode(JSON.stringify(seen)));
   hold.close();
 }

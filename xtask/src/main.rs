@@ -40,7 +40,8 @@ enum Verb {
     Ci,
     /// Let several of a thousand buyers average their copies, and name them.
     Collusion(collusion::Collusion),
-    /// Make what is handed out: the command and the Python package for this platform, checksums, licences.
+    /// Make what is handed out: the command and the Python package for this platform, the page for browsers, checksums,
+    /// licences.
     Dist(dist::Dist),
     /// Redraw Figures 1, 2, 4 and 5.
     Figures(figures::Figures),

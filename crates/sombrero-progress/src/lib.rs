@@ -2,9 +2,11 @@
 
 #[cfg(feature = "listen")]
 mod listen;
+mod listener;
 
 #[cfg(feature = "listen")]
 pub use listen::heard;
+pub use listener::Listener;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};

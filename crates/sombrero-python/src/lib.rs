@@ -4,7 +4,6 @@
 mod call;
 
 mod error;
-mod listener;
 mod mesh;
 mod standing;
 mod work;

@@ -1,8 +1,9 @@
 //! Work on threads of its own, while Python goes on: the interpreter is released, Ctrl-C and a callback that raises end it.
 
 use crate::error::of_kind;
-use crate::listener::Listener;
 use pyo3::prelude::*;
+use sombrero::Stages;
+use sombrero::progress::{Listener, TARGET};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -60,7 +61,7 @@ pub(crate) fn run<T: Send>(
     work: impl FnOnce() -> T + Send,
 ) -> PyResult<T> {
     let course = Arc::new(Course { callback, ..Course::default() });
-    let dispatch = Dispatch::new(Listener(Arc::clone(&course)));
+    let dispatch = listener(&course);
     keep_a_second();
     let done = py.detach(|| {
         std::thread::scope(|scope| {
@@ -89,6 +90,14 @@ pub(crate) fn run<T: Send>(
     }
 }
 
+/// What tells the callback of a call what its threads say.
+fn listener(course: &Arc<Course>) -> Dispatch {
+    let course = Arc::clone(course);
+    Dispatch::new(Listener::new(&[Stages::TARGET, TARGET], move |stage, done, of| {
+        course.tell(stage, done, of)
+    }))
+}
+
 fn on_threads<T: Send>(
     threads: Option<usize>,
     dispatch: &Dispatch,
@@ -103,7 +112,7 @@ fn on_threads<T: Send>(
 /// With one subscriber only, `tracing` would take the answer of whichever thread comes by first for all of them.
 fn keep_a_second() {
     static SECOND: OnceLock<Dispatch> = OnceLock::new();
-    SECOND.get_or_init(|| Dispatch::new(Listener(Arc::default())));
+    SECOND.get_or_init(|| listener(&Arc::default()));
 }
 
 fn words(panic: &(dyn Any + Send)) -> String {

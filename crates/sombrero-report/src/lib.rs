@@ -11,7 +11,7 @@ mod report;
 
 pub use comparison::Difference;
 pub use evidence::{Evidence, FileHash, Files, PROGRAM};
-pub use page::{PageError, Sheet, SheetCandidate, page, sheet};
+pub use page::{PageError, Sheet, SheetCandidate, page, sheet, view};
 pub use record::{MEASURED, Record, record};
 pub use remark::Remark;
 pub use repeated::RepeatedField;

@@ -1,5 +1,6 @@
 //! `cargo xtask ci`: each step as a person would type it.
 
+use super::page::{self, WASM};
 use crate::experiments::tables::{Method, Tables};
 use anyhow::{Context, bail};
 use std::path::Path;
@@ -17,12 +18,19 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
     step(TEST_COMMAND, &[])?;
     step("cargo doc --workspace --no-deps", &[("RUSTDOCFLAGS", "-D warnings")])?;
     step("cargo check --manifest-path fuzz/Cargo.toml --target-dir target", &[])?;
-    if has_wasm_target() {
-        step(&wasm_check()?, &[])?;
-    } else {
-        println!(
-            "== no target {WASM}: the library crates were not checked for it (`rustup target add {WASM}`)"
-        );
+    println!("== the page for browsers");
+    let start = Instant::now();
+    match page::check(RELEASE)? {
+        // It is built of the library crates, which need no other check then.
+        Ok(()) => println!("== {:.0} s", start.elapsed().as_secs_f64()),
+        Err(why) => {
+            println!("== {why}: the page was not visited");
+            if page::has_target() {
+                step(&wasm_check()?, &[])?;
+            } else {
+                println!("== no target {WASM}: nothing was checked for it (`rustup target add {WASM}`)");
+            }
+        }
     }
     for (tool, line) in UPKEEP {
         if has(tool) {
@@ -62,9 +70,6 @@ pub(crate) fn run(models: &Path) -> anyhow::Result<()> {
 /// takes a quarter of CI's time.
 const RELEASE: bool = !cfg!(debug_assertions);
 
-/// Where browsers run Rust.
-const WASM: &str = "wasm32-unknown-unknown";
-
 /// Checks of others, run where they are installed. Advisories need a network and are the forge's business.
 const UPKEEP: [(&str, &str); 3] = [
     ("cargo-deny", "cargo deny check bans licenses sources"),
@@ -80,16 +85,11 @@ fn has(tool: &str) -> bool {
     Command::new(tool).arg("--version").output().is_ok_and(|done| done.status.success())
 }
 
-fn has_wasm_target() -> bool {
-    let installed = Command::new("rustc").args(["--print", "target-libdir", "--target", WASM]).output();
-    installed.is_ok_and(|done| Path::new(String::from_utf8_lossy(&done.stdout).trim()).is_dir())
-}
-
 fn wasm_check() -> anyhow::Result<String> {
     let crates = super::package::in_order()?;
     let kept = crates.iter().filter(|name| !NOT_FOR_WASM.contains(&name.as_str()));
     let packages: String = kept.map(|name| format!(" --package {name}")).collect();
-    Ok(format!("cargo check --target {WASM}{packages}"))
+    Ok(format!("cargo check --target {WASM}{packages} --package sombrero-web"))
 }
 
 fn knows_trimesh() -> bool {

@@ -18,7 +18,7 @@ pub(crate) struct Dist {
     /// The folder for what is made, new or empty. Default: `dist` where cargo builds.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Make these pieces only: command, wheel, blender (which needs the wheel).
+    /// Make these pieces only: command, page, wheel, blender (which needs the wheel).
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
     /// The profile to build in.
@@ -36,8 +36,9 @@ struct Piece {
 }
 
 /// In the order in which they are made.
-const PIECES: [Piece; 3] = [
+const PIECES: [Piece; 4] = [
     Piece { name: "command", make: command },
+    Piece { name: "page", make: page },
     Piece { name: "wheel", make: wheel },
     Piece { name: "blender", make: blender },
 ];
@@ -56,7 +57,7 @@ pub(crate) fn run(args: &Dist) -> anyhow::Result<()> {
     }
     let out = empty(args.out.clone())?;
     let licences = out.join("LICENCES.md");
-    fs::write(&licences, licences::page(&["sombrero-cli", "sombrero-python"])?)?;
+    fs::write(&licences, licences::page(&["sombrero-cli", "sombrero-python", "sombrero-web"])?)?;
     let site = Site { out, profile: args.profile.clone(), licences };
     let mut files = vec![site.licences.clone()];
     for piece in
@@ -156,6 +157,11 @@ fn pack(folder: &Path, name: &str, archive: &Path) -> anyhow::Result<()> {
     }
     tar.into_inner()?.finish()?;
     Ok(())
+}
+
+/// The page for browsers.
+fn page(site: &Site) -> anyhow::Result<Made> {
+    Ok(super::page::make(&site.profile, &site.out)?.map(|page| vec![page]))
 }
 
 /// The Python package.

@@ -4,9 +4,12 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-/// A page with one row for each foreign crate that these packages of ours are built of on this platform.
+/// A page with one row for each foreign crate that these packages of ours are built of on this platform and in browsers.
 pub(super) fn page(packages: &[&str]) -> anyhow::Result<String> {
-    Ok(rows(&super::metadata(&["--filter-platform", &super::host()?])?, packages))
+    Ok(rows(
+        &super::metadata(&["--filter-platform", &super::host()?, "--filter-platform", super::page::WASM])?,
+        packages,
+    ))
 }
 
 fn rows(metadata: &Value, packages: &[&str]) -> String {

@@ -7,6 +7,7 @@ pub(crate) mod hostile;
 mod licences;
 pub(crate) mod models;
 pub(crate) mod package;
+mod page;
 mod python;
 pub(crate) mod tidy;
 

@@ -10,6 +10,7 @@
 mod course;
 mod decimate;
 mod distances;
+mod lone;
 mod motion;
 mod pictures;
 mod plot;
@@ -25,6 +26,7 @@ mod tests;
 use crate::evidence::FileHash;
 use crate::record::{element, record};
 use crate::report::Report;
+pub use lone::view;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use pictures::Pictures;
 use plot::Plot;

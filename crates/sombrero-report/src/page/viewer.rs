@@ -68,6 +68,19 @@ pub(super) fn view(scene: &Scene, distances: Option<&Distances>, moved: bool) ->
     }
 }
 
+/// The view of a shape by itself, named for those who do not see it.
+pub(super) fn lone_view(name: &str) -> Markup {
+    html! {
+        div.view #view hidden {
+            div.stage {
+                canvas tabindex="0" role="application" aria-label={ (name) ", to be turned: arrows turn, plus and minus zoom" } {}
+                button type="button" data-reset { "Reset" }
+            }
+        }
+        p.help #view-missing { "With WebGL the shape could be turned here." }
+    }
+}
+
 fn simplified(scene: &Scene) -> String {
     let [original, suspect] = scene.triangles.map(count);
     let shapes = if scene.suspect {
