@@ -4,6 +4,7 @@
 
 use nalgebra::Point3;
 use proptest::prelude::*;
+use sombrero::attacks::{Scheme, Subdivision, subdivide};
 use sombrero::fidelity::{Change, new_intersections};
 use sombrero::io::{Document, Format};
 use sombrero::mesh::{Facets, Soup};
@@ -112,6 +113,23 @@ fn thin_faces_do_not_fold() {
         let least = was.iter().zip(&is).map(|(n, m)| n.dot(m)).fold(1.0, f64::min);
         assert!(least > 0.9, "a face turned to a cosine of {least}");
     }
+}
+
+#[test]
+fn a_preset_that_was_tried_is_not_advised() {
+    let subdivision = Subdivision { scheme: Scheme::Midpoint, iterations: 3 };
+    let cube = document(Format::Obj, &subdivide(&shapes::cube(), &subdivision).unwrap().soup);
+    let warned = |preset: Preset| {
+        let options =
+            EmbedOptions { parameters: preset.parameters(), fewer_if_small: true, ..EmbedOptions::default() };
+        embed(&cube, Secret([1; 32]), &options).unwrap().report.warnings.concat()
+    };
+    // The preset robust, since nothing of it moves unseen.
+    let tried = warned(Preset::Faithful);
+    assert!(tried.contains("preset robust") && tried.contains("lower epsilon."), "{tried}");
+    assert!(!tried.contains("--preset faithful"), "{tried}");
+    let chosen = warned(Preset::Robust);
+    assert!(chosen.contains("lower epsilon or take --preset faithful"), "{chosen}");
 }
 
 proptest! {

@@ -37,7 +37,7 @@ proptest! {
         prop_assert!(same.flat_dihedral.unwrap_or(0.0) == 0.0 && same.flatness.unwrap_or(0.0) == 0.0);
         prop_assert_eq!(same.thinnest_before, same.thinnest_after);
         prop_assert_eq!(same.widest_crack_before, same.widest_crack_after);
-        prop_assert_eq!(same.warnings(), Vec::<String>::new());
+        prop_assert_eq!(same.warnings(None), Vec::<String>::new());
     }
 
     #[test]
@@ -107,5 +107,5 @@ fn cracks_are_between_the_places_that_are_given() {
     let places = Places::new(&far, &moved);
     let measured = Fidelity::between(&soup.points, &soup.points, &soup.triangles, Some(places));
     assert_eq!((measured.widest_crack_before, measured.widest_crack_after), (0.0, 0.5));
-    assert!(measured.warnings()[0].contains("by 0.5 ("));
+    assert!(measured.warnings(None)[0].contains("by 0.5 ("));
 }

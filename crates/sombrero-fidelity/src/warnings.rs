@@ -16,34 +16,34 @@ pub const OPENED: f64 = 1e-5;
 
 impl Fidelity {
     /// What is amiss, each with its figures and what to do about it. Empty when nothing is: see [`TURNED`], [`BENT`],
-    /// [`DIFFERENT`], [`THINNED`] and [`OPENED`].
-    pub fn warnings(&self) -> Vec<String> {
-        let all = [self.seen(), self.bent(), self.thinned(), self.crossing(), self.opened()];
+    /// [`DIFFERENT`], [`THINNED`] and [`OPENED`]. `milder` is what there is besides a lower epsilon by which less would be seen,
+    /// such as `take --preset faithful`.
+    pub fn warnings(&self, milder: Option<&str>) -> Vec<String> {
+        let cure = ["lower epsilon"].into_iter().chain(milder).collect::<Vec<_>>().join(" or ");
+        let all = [self.seen(&cure), self.bent(&cure), self.thinned(), self.crossing(), self.opened()];
         all.into_iter().flatten().collect()
     }
 
     /// Flat faces show a turn of their normals; on others only the whole picture tells.
-    fn seen(&self) -> Option<String> {
+    fn seen(&self, cure: &str) -> Option<String> {
         let Self { normals_rms, msdm2, flatness, .. } = self;
         if flatness.is_some() && *normals_rms > TURNED {
             return Some(format!(
-                "Normals turn by {normals_rms:.2} degrees rms, which shows on flat faces under a glossy light; lower \
-                 epsilon or take --preset faithful."
+                "Normals turn by {normals_rms:.2} degrees rms, which shows on flat faces under a glossy light; {cure}."
             ));
         }
         (*msdm2 > DIFFERENT).then(|| {
             format!(
-                "The change is seen side by side: MSDM2 is {msdm2:.2}, and {DIFFERENT:.2} is much; lower epsilon \
-                 or take --preset faithful."
+                "The change is seen side by side: MSDM2 is {msdm2:.2}, and {DIFFERENT:.2} is much; {cure}."
             )
         })
     }
 
-    fn bent(&self) -> Option<String> {
+    fn bent(&self, cure: &str) -> Option<String> {
         let bent = self.flatness.filter(|bent| *bent > BENT)?;
         Some(format!(
             "A flat face is bent by {:.2} % of the largest side, more than the {:.1} % that ISO 2768-2, class H, allows; \
-             lower epsilon or take --preset faithful if parts must fit.",
+             {cure} if parts must fit.",
             bent * 100.0,
             BENT * 100.0
         ))
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn figures_and_cure() {
-        assert_eq!(NOTHING.warnings(), Vec::<String>::new());
+        assert_eq!(NOTHING.warnings(None), Vec::<String>::new());
         let all = Fidelity {
             normals_rms: 1.18,
             msdm2: 0.265,
@@ -117,7 +117,9 @@ mod tests {
             widest_crack_after: 0.0124,
             ..NOTHING
         };
-        let said = all.warnings();
+        let said = all.warnings(Some("take a finer mesh"));
+        assert!(said[0].ends_with("; lower epsilon or take a finer mesh."), "{said:#?}");
+        assert!(all.warnings(None)[1].ends_with("; lower epsilon if parts must fit."), "{said:#?}");
         assert_eq!(said.len(), 5, "{said:#?}");
         let figures = ["1.18 degrees", "0.72 %", "0.8 becomes 0.06", "3 pairs of faces cross", "0.0124"];
         assert!(figures.iter().zip(&said).all(|(figure, said)| said.contains(figure)), "{said:#?}");
@@ -134,13 +136,13 @@ mod tests {
             widest_crack_after: 9e-4,
             ..NOTHING
         };
-        assert_eq!(within.warnings(), Vec::<String>::new());
+        assert_eq!(within.warnings(None), Vec::<String>::new());
         // Curved models bear what flat ones do not.
         let curved = Fidelity { normals_rms: 1.0, flatness: None, ..within };
-        assert_eq!(curved.warnings(), Vec::<String>::new());
-        assert!(Fidelity { msdm2: 0.3, ..curved }.warnings()[0].contains("0.30"));
+        assert_eq!(curved.warnings(None), Vec::<String>::new());
+        assert!(Fidelity { msdm2: 0.3, ..curved }.warnings(None)[0].contains("0.30"));
         let one = Fidelity { new_intersections: 1, ..NOTHING };
-        assert!(one.warnings()[0].starts_with("1 pair of faces crosses"));
+        assert!(one.warnings(None)[0].starts_with("1 pair of faces crosses"));
     }
 
     #[test]

@@ -117,9 +117,8 @@ impl parsed::Layout for Layout {
 
     fn misplaced(&self, bytes: &[u8], vertex: usize) -> ParseError {
         let slot = self.slots.get(vertex).copied().unwrap_or_default();
-        let mut lines = Lines::new(bytes, slot, Joining::Backslash);
         // One that misses a coordinate says so.
-        text::point(&mut lines, bytes, slot).err().unwrap_or_else(|| {
+        short(bytes, slot).unwrap_or_else(|| {
             text::misplaced(bytes, text::words_of_points(bytes, &[slot], Joining::Backslash))
         })
     }
@@ -153,8 +152,20 @@ fn parse(source: Source<'_>) -> Result<Parsed, ParseError> {
     }
     let draws_loose = reader.attributes.has("lines") || reader.attributes.has("points");
     let Reader { points, faces: Faces { triangles, polygons }, attributes, slots, .. } = reader;
+    if triangles.is_empty() {
+        // Of a cloud every point counts, and a file that was cut off ends in a short one.
+        let mut lost = points.iter().zip(&slots).filter(|(point, _)| point.iter().any(|x| x.is_nan()));
+        if let Some(error) = lost.find_map(|(_, slot)| short(bytes, *slot)) {
+            return Err(error);
+        }
+    }
     let parsed = Parsed::new(Format::Obj, Soup::new(points, triangles), attributes, Layout { slots });
     Ok(Parsed { draws_loose, polygons, ..parsed })
+}
+
+/// What is wrong with a vertex of fewer than three numbers, which begin at `slot`.
+fn short(bytes: &[u8], slot: usize) -> Option<ParseError> {
+    text::point(&mut Lines::new(bytes, slot, Joining::Backslash), bytes, slot).err()
 }
 
 /// The normals of `vn` lines, and which corner of which of the `triangles` refers to which; `None` if there are none or if
@@ -529,6 +540,8 @@ mod tests {
             let used = parse_error(text.replace("f 2", "f 1"), "obj");
             assert_eq!(used.place(), Some(&Place::Line(1)), "{short}: {used}");
         }
+        let cloud = parse_error("v 0 0 0\nv 1 0 0\nv 0.5 0.2", "obj");
+        assert_eq!(cloud.place(), Some(&Place::Line(3)), "{cloud}");
     }
 
     #[test]

@@ -43,6 +43,8 @@ pub struct Embedder<'a> {
     self_test: SelfTest,
     /// What is to be said of every copy.
     warnings: Vec<String>,
+    /// What there is besides a lower ε by which less is seen.
+    milder: Option<&'static str>,
     /// The preparation's.
     pub(super) seconds: Stages,
 }
@@ -80,6 +82,8 @@ impl<'a> Embedder<'a> {
             seconds.time("basis", || Choice::new(&model, &mut progressive, parameters, fewer_if_small))?;
         drop(progressive);
         let Choice { basis, parameters, expected, note } = choice;
+        // A preset that was taken for want of the other one is not to be exchanged for it.
+        let milder = parameters.basis.function != BasisFunction::Field && note.is_none();
         let limited =
             seconds.time("basis", || model.kept_apart(&basis, &parameters.basis, parameters.epsilon));
         let (basis, unlimited) = match limited {
@@ -100,6 +104,7 @@ impl<'a> Embedder<'a> {
             derivation: Derivation::STANDARD,
             most: None,
             self_test,
+            milder: milder.then_some("take --preset faithful"),
             seconds,
         })
     }
@@ -218,7 +223,7 @@ impl<'a> Embedder<'a> {
             Fidelity::between(&before, &after, &model.soup().triangles, Some(places))
         });
         marked.report.seconds = seconds;
-        marked.report.warnings.extend(fidelity.warnings());
+        marked.report.warnings.extend(fidelity.warnings(self.milder));
         marked.report.fidelity = Some(fidelity);
         marked
     }
