@@ -3,7 +3,6 @@
 use crate::answer::{Answer, Context, Outcome};
 use crate::failure::Failure;
 use crate::files;
-use crate::shard::Shard;
 use crate::table::Table;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -39,14 +38,6 @@ impl Inputs {
             }
         }
         Ok(Self { files, one: matches!(given, [only] if !only.is_dir()) })
-    }
-
-    /// Those of one machine's share, which is never the whole answer; all without one.
-    pub(crate) fn shared(self, shard: Option<Shard>) -> Self {
-        match shard {
-            Some(shard) => Self { files: shard.of(self.files), one: false },
-            None => self,
-        }
     }
 }
 

@@ -3,14 +3,32 @@
 //! Of N machines, number h mod N + 1 takes a file, where h is the first eight bytes, big-endian, of the SHA-256 of the name
 //! that the file has below the folder that was given.
 
-use crate::batch::Input;
+use crate::batch::Inputs;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::str::FromStr;
 
+// The option of commands that look at many files. Not `///`: clap would take it for the command's help.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(crate) struct ShardArgs {
+    /// Look only at the share I of N of the files: each file is in one share, whatever else is given. Names decide, so N machines
+    /// that see the same folder need not know of each other.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+}
+
+impl ShardArgs {
+    /// Those of one machine's share, which is never the whole answer; all without one.
+    pub(crate) fn of(self, inputs: Inputs) -> Inputs {
+        let Some(shard) = self.shard else { return inputs };
+        let files = inputs.files.into_iter().filter(|file| shard.has(&file.name)).collect();
+        Inputs { files, one: false }
+    }
+}
+
 /// The share of one of several machines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Shard {
+struct Shard {
     /// From 0.
     number: u64,
     count: u64,
@@ -29,11 +47,6 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// Those of the files that are in it, in their order.
-    pub(crate) fn of(self, files: Vec<Input>) -> Vec<Input> {
-        files.into_iter().filter(|file| self.has(&file.name)).collect()
-    }
-
     fn has(self, name: &Path) -> bool {
         let name: Vec<_> = name.iter().map(|part| part.to_string_lossy()).collect();
         let hash = Sha256::digest(name.join("/"));

@@ -4,7 +4,7 @@ use crate::args::Steps;
 use crate::batch::Inputs;
 use crate::failure::Failure;
 use crate::files;
-use crate::shard::Shard;
+use crate::shard::ShardArgs;
 use clap::ValueEnum;
 use sombrero::DetectOptions;
 use std::collections::BTreeSet;
@@ -40,10 +40,8 @@ pub(crate) struct Args {
     /// Seed of the points that resampling draws on the suspect.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Look only at the share I of N of the files: each file is in one share, whatever else is given. Names decide, so N machines
-    /// that see the same folder need not know of each other.
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
+    #[command(flatten)]
+    shard: ShardArgs,
     /// Replace a report that exists.
     #[arg(long)]
     force: bool,
@@ -101,7 +99,7 @@ impl Plan {
             path: args.prepared.clone().unwrap_or_else(|| files::beside_key(key)),
             named: args.prepared.is_some(),
         };
-        let Inputs { files, one } = Inputs::new(&args.suspects, None)?.shared(args.shard);
+        let Inputs { files, one } = args.shard.of(Inputs::new(&args.suspects, None)?);
         let mut inputs: Vec<&Path> = files.iter().map(|file| file.path.as_path()).collect();
         inputs.extend([original.as_path(), key, &prepared.path]);
         let page = report.as_ref().filter(|_| one);

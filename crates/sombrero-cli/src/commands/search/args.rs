@@ -2,7 +2,7 @@
 
 use crate::args::finite;
 use crate::catalogue::UnlockArgs;
-use crate::shard::Shard;
+use crate::shard::ShardArgs;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -28,10 +28,8 @@ pub(crate) struct Args {
     /// Write a page with pictures of the candidates, and beside it the report of the best, FILE-detection.html.
     #[arg(long, value_name = "FILE")]
     pub(super) report: Option<PathBuf>,
-    /// Look only at the share I of N of the files: each file is in one share, whatever else is given. Names decide, so N machines
-    /// that see the same folder need not know of each other.
-    #[arg(long, value_name = "I/N")]
-    pub(super) shard: Option<Shard>,
+    #[command(flatten)]
+    pub(super) shard: ShardArgs,
     #[command(flatten)]
     pub(super) unlock: UnlockArgs,
     /// Replace reports that exist.

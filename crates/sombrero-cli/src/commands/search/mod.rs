@@ -27,7 +27,7 @@ const WORDS: Words =
 
 pub(crate) fn run(args: &Args, context: &Context) -> Result<Outcome, Failure> {
     check_threshold(args)?;
-    let Inputs { files: suspects, one } = Inputs::new(&args.suspects, None)?.shared(args.shard);
+    let Inputs { files: suspects, one } = args.shard.of(Inputs::new(&args.suspects, None)?);
     if args.report.is_some() && !one {
         return Err(Failure::new("usage", "--report is for one suspect; give one file"));
     }
