@@ -3,16 +3,18 @@
 //! 1. Planar regions of the full mesh.
 //! 2. A level of the progressive mesh with a few thousand vertices, overlapping pieces of it, and the best fields of each.
 //! 3. How strong each is to be, seen together.
-//! 4. Up the vertex splits to the full mesh, where their strength is measured.
+//! 4. Up the vertex splits to the full mesh, where those of machined parts settle and their strength is measured.
 
 use crate::amplitudes::{self, Costs};
 use crate::candidates::candidates;
 use crate::carry::{Shifts, carry};
 use crate::evidence::Evidence;
-use crate::planes::Planes;
+use crate::planes::{Planes, is_machined};
+use crate::settle::settled;
 use crate::sight::Sight;
 use crate::surface::Surface;
-use crate::turning::{expected, sum, turned, unevenness};
+use crate::turning::{expected, turned, unevenness};
+use crate::walls::Keeping;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_mesh::{BoundingBox, Soup, smoothing_modes};
@@ -138,15 +140,18 @@ impl Fields {
         let chosen: Vec<Shifts> = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
         progress.advance(1);
 
-        let at = carry(progressive, points, &full.triangles, &planes, &chosen);
-        let turns = expected(&full, &at);
-        let turned = sum(&turns);
-        if !(turned > 0.0 && turned.is_finite()) {
+        let mut at = carry(progressive, points, &full.triangles, &planes, &chosen);
+        if names.len() < points.len() && is_machined(&full, planes.of_face()) {
+            let mut stays = vec![false; points.len()];
+            names.iter().for_each(|&v| stays[v as usize] = true);
+            let keeping = Keeping::new(&full, options.turn, options.reach);
+            at = settled(&full, &planes, &keeping, &stays, at);
+        }
+        let sight = Sight::on(&full, &at, &expected(&full, &at), planes.of_face());
+        if !(sight.normals_rms > 0.0 && sight.normals_rms.is_finite()) {
             return Err(FieldsError::None);
         }
-        let unit = (full.area / turned).sqrt();
-        let room = Sight::on(&full, &at, &turns, planes.of_face()).room() / unit;
-        let scale = unit * within_reach(&full, &at, turned, options).min(room);
+        let scale = sight.room().min(options.reach / options.turn / sight.moved_rms);
         let mut columns: Vec<Field> = vec![Vec::new(); chosen.len()];
         for (v, here) in (0..).zip(&at) {
             here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));
@@ -197,19 +202,6 @@ fn strengths(level: &Surface, evidence: &Evidence, found: &[Shifts], options: &F
         p = amplitudes::filled(&s, &costs, variance);
     }
     amplitudes::filled_within_reach(&s, &costs, variance)
-}
-
-/// What is left of the strength when the surface would move too far: 1 when it does not.
-fn within_reach(full: &Surface, at: &[crate::carry::Here], turned: f64, options: &FieldsOptions) -> f64 {
-    let areas = full.vertex_areas();
-    let normals = full.vertex_normals();
-    let square = |(here, n): (&crate::carry::Here, &Vector3<f64>)| {
-        here.iter().map(|(_, d)| d.dot(n) * d.dot(n)).sum::<f64>()
-    };
-    let squares = at.iter().zip(&normals).map(square);
-    let moved = squares.zip(&areas).map(|(s, a)| s * a).sum::<f64>() / turned * options.turn * options.turn;
-    let reach = options.reach * BoundingBox::of(&full.points).map_or(0.0, |b| b.diagonal());
-    if moved > reach * reach { reach / moved.sqrt() } else { 1.0 }
 }
 
 impl Shifts {

@@ -11,12 +11,14 @@ mod lanczos;
 mod patches;
 mod piece;
 mod planes;
+mod settle;
 mod sight;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod turning;
 mod visibility;
+mod walls;
 
 pub use fields::{Field, Fields, FieldsError, FieldsOptions};
 pub use sight::{Onlooker, Sight};

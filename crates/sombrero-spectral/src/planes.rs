@@ -21,6 +21,15 @@ const RANK: f64 = 0.15;
 /// And below this share they leave a direction free.
 const FREE: f64 = 1e-7;
 
+/// The share of planar regions from which a surface is that of a machined part.
+const MACHINED: f64 = 0.25;
+
+/// Whether a surface is that of a machined part, given the planar region of each face.
+pub(crate) fn is_machined(surface: &Surface, regions: &[Option<u32>]) -> bool {
+    let planar = surface.areas.iter().zip(regions).filter(|(_, region)| region.is_some());
+    planar.map(|(area, _)| area).sum::<f64>() >= MACHINED * surface.area
+}
+
 /// The planar regions of a surface and how vertices hang on them.
 #[derive(Debug, Clone)]
 pub(crate) struct Planes {

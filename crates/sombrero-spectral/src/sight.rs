@@ -1,12 +1,13 @@
 //! What is seen of fields whose coefficients are standard Gaussian: expectations, to first order, known before there is a mark.
 
 use crate::carry::Here;
+use crate::planes::is_machined;
 use crate::surface::{Hinge, Surface};
 use crate::turning::{expectation, expected};
 use crate::visibility::bend;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-use sombrero_mesh::PlanarRegions;
+use sombrero_mesh::{BoundingBox, PlanarRegions};
 
 /// How far normals turn and flat edges bend, in radians for coefficients of deviation 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +15,8 @@ use sombrero_mesh::PlanarRegions;
 pub struct Sight {
     /// How far normals turn: root mean square by area.
     pub normals_rms: f64,
+    /// How far the surface moves along its normals, in diagonals of the bounding box: root mean square by area.
+    pub moved_rms: f64,
     /// What the normals of a hundredth of the area turn by at least.
     pub normals_tail: f64,
     /// How far edges bend that were flat: root mean square by length. `None` without flat edges, and where planar regions are
@@ -21,10 +24,10 @@ pub struct Sight {
     pub flat_edges: Option<f64>,
 }
 
-/// The share of planar regions from which a surface is that of a machined part.
-const MACHINED: f64 = 0.25;
 /// What a hundredth of the area may turn by, in what all normals are to turn by: 0.8 degrees of 0.22.
 const TAIL: f64 = 3.6;
+/// How far the surface may move, in diagonals for a radian that all normals are to turn by: 0.00038 of 0.22 degrees.
+const REACH: f64 = 0.1;
 /// What flat edges may bend by: 0.063 degrees of 0.22, in expectation; medians of three marks were 0.058 and 0.060.
 const FLAT: f64 = 0.29;
 /// The cosine of the angle from which an edge is not flat: 2 degrees.
@@ -33,20 +36,19 @@ const FLAT_COSINE: f64 = 0.999_390_827_019_095_8;
 impl Sight {
     /// Of fields on a surface, given A |dn|² of each face and the planar region of each.
     pub(crate) fn on(surface: &Surface, at: &[Here], turned: &[f64], regions: &[Option<u32>]) -> Self {
-        let planar: f64 =
-            surface.areas.iter().zip(regions).filter(|(_, r)| r.is_some()).map(|(a, _)| a).sum();
         Self {
             normals_rms: (turned.iter().sum::<f64>() / surface.area).sqrt(),
+            moved_rms: moved(surface, at),
             normals_tail: tail(surface, turned),
-            flat_edges: (planar >= MACHINED * surface.area).then(|| flat_edges(surface, at)).flatten(),
+            flat_edges: is_machined(surface, regions).then(|| flat_edges(surface, at)).flatten(),
         }
     }
 
-    /// How much stronger fields may become until a hundredth of the area or the flat edges turn too far, where all normals are
-    /// to turn by 1; below 1 where they do already.
+    /// How much stronger fields may become until too much is seen, where all normals are to turn by 1; below 1 where it is
+    /// already.
     pub fn room(&self) -> f64 {
         let flat = self.flat_edges.map_or(f64::INFINITY, |flat| FLAT / flat);
-        (TAIL / self.normals_tail).min(flat)
+        (1.0 / self.normals_rms).min(TAIL / self.normals_tail).min(REACH / self.moved_rms).min(flat)
     }
 }
 
@@ -76,6 +78,17 @@ impl Onlooker {
     pub fn sight(&self, at: &[Vec<(u32, Vector3<f64>)>]) -> Sight {
         Sight::on(&self.surface, at, &expected(&self.surface, at), &self.regions)
     }
+}
+
+/// √(Σ_v A_v E(n · d)² / A) in diagonals.
+fn moved(surface: &Surface, at: &[Here]) -> f64 {
+    let diagonal = BoundingBox::of(&surface.points).map_or(0.0, |b| b.diagonal());
+    let square =
+        |(here, n): (&Here, &Vector3<f64>)| here.iter().map(|(_, d)| d.dot(n) * d.dot(n)).sum::<f64>();
+    let normals = surface.vertex_normals();
+    let squares = at.iter().zip(&normals).map(square);
+    let sum: f64 = squares.zip(surface.vertex_areas()).map(|(square, area)| square * area).sum();
+    (sum / surface.area).sqrt() / diagonal
 }
 
 /// |dn| of a face, Gaussian in two directions, exceeds q with probability exp(-q² / E|dn|²).

@@ -52,11 +52,6 @@ pub(crate) fn expected(surface: &Surface, at: &[Here]) -> Vec<f64> {
     (0..surface.triangles.len()).into_par_iter().with_min_len(CHUNK).map(turned).collect()
 }
 
-/// The sum, by pieces of a fixed size.
-pub(crate) fn sum(turned: &[f64]) -> f64 {
-    turned.chunks(CHUNK).map(|chunk| chunk.iter().sum::<f64>()).sum()
-}
-
 /// Σ over fields of the squares of what they do to the terms, which are of the same vertices.
 pub(crate) fn expectation<const N: usize>(terms: [&Term; N], at: &[Here]) -> f64 {
     let mut sums: Vec<(u32, [f64; N])> = Vec::new();

@@ -128,15 +128,17 @@ impl Frame {
     }
 }
 
+/// Σ g_k · d_k.
+#[cfg(test)]
+pub(crate) fn value(term: &Term, d: &[Vector3<f64>]) -> f64 {
+    (0..term.count).map(|k| term.gradients[k].dot(&d[term.vertices[k] as usize])).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use nalgebra::Point3;
     use sombrero_shapes as shapes;
-
-    fn value(term: &Term, d: &[Vector3<f64>]) -> f64 {
-        (0..term.count).map(|k| term.gradients[k].dot(&d[term.vertices[k] as usize])).sum()
-    }
 
     #[test]
     fn the_terms_are_derivatives_of_normals_and_angles() {
