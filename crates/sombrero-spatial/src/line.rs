@@ -78,7 +78,7 @@ fn nearest(
     side: Side,
     counts: impl Fn(u32) -> bool,
 ) -> Option<Crossing> {
-    let inverse = line.direction.map(|d| 1.0 / d);
+    let ray = Ray::new(tree, line);
     let mut best: Option<Crossing> = None;
     // Nodes that wait, the nearest last, with how near the line may meet something in them.
     let mut stack = [(0u32, 0.0_f64); STACK];
@@ -91,7 +91,7 @@ fn nearest(
         }
         let node = &tree.nodes[number as usize];
         let from = waiting;
-        for (child, near) in (node.first..).zip(entered(node, line, &inverse, reach, side)) {
+        for (child, near) in (node.first..).zip(ray.entered(node, reach, side)) {
             if near > reach || near == f64::INFINITY {
                 continue;
             }
@@ -127,33 +127,56 @@ impl Side {
     }
 }
 
-/// How near to its origin the line enters each child's box; infinite where it does not within `reach`.
-#[inline]
-fn entered(node: &Node, line: &Line, inverse: &Vector3<f64>, reach: f64, side: Side) -> [f64; WIDTH] {
-    /// A box is left a little later than rounding says.
-    const SLACK: f64 = 1e-13;
-    let back = if side == Side::Both { -reach } else { 0.0 };
-    let (mut enter, mut leave) = ([back; WIDTH], [reach; WIDTH]);
-    for axis in 0..3 {
-        let (origin, inverse) = (line.origin[axis], inverse[axis]);
-        let [low, high] = [&node.low[axis], &node.high[axis]];
-        let [near, far] = if inverse.is_sign_positive() { [low, high] } else { [high, low] };
+/// A line as boxes see it.
+struct Ray {
+    inverse: Vector3<f64>,
+    /// From where the low and the high sides of boxes are seen.
+    origins: [Point3<f64>; 2],
+}
+
+impl Ray {
+    fn new(tree: &Tree, line: &Line) -> Self {
+        /// Sides that a line runs along are so many sizes of the tree further out, so that no face is missed by rounding.
+        const MARGIN: f64 = 1e-9;
+        let sides = tree.nodes.first().map(Node::around).unwrap_or_default();
+        let size = sides.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
+        let margin = line.direction.map(|d| if d == 0.0 { MARGIN * size } else { 0.0 });
+        let inverse = line.direction.map(|d| 1.0 / d);
+        Self { inverse, origins: [line.origin + margin, line.origin - margin] }
+    }
+
+    /// How near to its origin the line enters each child's box; infinite where it does not within `reach`.
+    #[inline]
+    fn entered(&self, node: &Node, reach: f64, side: Side) -> [f64; WIDTH] {
+        /// A box is left a little later than rounding says.
+        const SLACK: f64 = 1e-13;
+        let back = if side == Side::Both { -reach } else { 0.0 };
+        let (mut enter, mut leave) = ([back; WIDTH], [reach; WIDTH]);
+        for axis in 0..3 {
+            let inverse = self.inverse[axis];
+            let low = (&node.low[axis], self.origins[0][axis]);
+            let high = (&node.high[axis], self.origins[1][axis]);
+            let [near, far] = if inverse.is_sign_positive() { [low, high] } else { [high, low] };
+            for child in 0..WIDTH {
+                let ((near, start), (far, end)) = (near, far);
+                let (near, far) = ((near[child] - start) * inverse, (far[child] - end) * inverse);
+                // A comparison with NaN is false: a line within a side is limited by the others.
+                enter[child] = if near > enter[child] { near } else { enter[child] };
+                leave[child] = if far < leave[child] { far } else { leave[child] };
+            }
+        }
+        let mut nearest = [f64::INFINITY; WIDTH];
         for child in 0..WIDTH {
-            let (near, far) = ((near[child] - origin) * inverse, (far[child] - origin) * inverse);
-            // A comparison with NaN is false: a line within a side is limited by the others.
-            enter[child] = if near > enter[child] { near } else { enter[child] };
-            leave[child] = if far < leave[child] { far } else { leave[child] };
+            let slack = SLACK * (enter[child].abs() + leave[child].abs());
+            // What a line beside a box never enters is infinitely far, and so would be the slack.
+            let enters = enter[child] < f64::INFINITY && enter[child] <= leave[child] + slack;
+            if enters && node.low[0][child] <= node.high[0][child] {
+                // Ahead, behind, or around the origin.
+                nearest[child] = (enter[child].max(-leave[child]) - slack).max(0.0);
+            }
         }
+        nearest
     }
-    let mut nearest = [f64::INFINITY; WIDTH];
-    for child in 0..WIDTH {
-        let slack = SLACK * (enter[child].abs() + leave[child].abs());
-        if enter[child] <= leave[child] + slack && node.low[0][child] <= node.high[0][child] {
-            // Ahead, behind, or around the origin.
-            nearest[child] = (enter[child].max(-leave[child]) - slack).max(0.0);
-        }
-    }
-    nearest
 }
 
 /// How far along the line the triangle is met.
@@ -178,11 +201,17 @@ mod tests {
         [-1.0..1.0, -1.0..1.0, -1.0..1.0].prop_map(|[x, y, z]: [f64; 3]| Vector3::new(x, y, z))
     }
 
+    /// Any direction, and such along planes of the axes.
+    fn direction() -> impl Strategy<Value = Vector3<f64>> {
+        (vector(), prop::array::uniform3(prop_oneof![4 => Just(1.0), 1 => Just(0.0), 1 => Just(-0.0)]))
+            .prop_map(|(d, factors)| d.component_mul(&Vector3::from(factors)))
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(128))]
 
         #[test]
-        fn the_nearest_of_all_faces(origin in vector(), direction in vector(), reach in 0.1..3.0f64, odd in 0u32..3) {
+        fn the_nearest_of_all_faces(origin in vector(), direction in direction(), reach in 0.1..3.0f64, odd in 0u32..3) {
             let soup = shapes::bumpy_sphere(200);
             let surface = Surface::new(&soup.points, &soup.triangles);
             let line = Line { origin: Point3::from(origin), direction };
@@ -196,12 +225,33 @@ mod tests {
         }
 
         #[test]
-        fn nothing_slips_out_of_a_closed_surface(direction in vector()) {
+        fn nothing_slips_out_of_a_closed_surface(direction in direction()) {
             prop_assume!(direction.norm() > 0.1);
             let soup = shapes::cube();
             let surface = Surface::new(&soup.points, &soup.triangles);
             let line = Line { origin: Point3::origin(), direction };
             prop_assert!(surface.nearest_on_line(&line, f64::INFINITY, |_| true).is_some());
+        }
+    }
+
+    #[test]
+    fn a_line_beside_a_box_does_not_enter_it() {
+        let soup = shapes::cube();
+        let tree = Surface::new(&soup.points, &soup.triangles);
+        let tree = tree.tree();
+        let half = soup.points[0].x.abs();
+        let enters = |x: f64, along: Vector3<f64>, side: Side| {
+            let line = Line { origin: Point3::new(x, 0.1 * half, 0.2 * half), direction: along };
+            let entered = Ray::new(tree, &line).entered(&tree.nodes[0], f64::INFINITY, side);
+            entered.iter().any(|near| *near < f64::INFINITY)
+        };
+        for along in [Vector3::y(), -Vector3::y(), Vector3::new(-0.0, 1.0, -0.0), Vector3::new(-0.0, -1.0, 0.3)] {
+            for side in [Side::Both, Side::Ahead] {
+                assert!(!enters(1.01 * half, along, side) && !enters(-1.01 * half, along, side), "{along}");
+                assert!(enters(half, along, side) && enters(0.3 * half, along, side), "{along}");
+                // A face may be missed by rounding.
+                assert!(enters(half * (1.0 + 1e-12), along, side), "{along}");
+            }
         }
     }
 
