@@ -12,7 +12,8 @@ use crate::evidence::Evidence;
 use crate::planes::Planes;
 use crate::sight::Sight;
 use crate::surface::Surface;
-use crate::turning::{expected, sum, turned, unevenness};
+use crate::together::Here;
+use crate::turning::{Strewn, sum, turned, unevenness};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_mesh::{BoundingBox, Soup, smoothing_modes};
@@ -138,19 +139,18 @@ impl Fields {
         let chosen: Vec<Shifts> = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
         progress.advance(1);
 
-        let at = carry(progressive, points, &full.triangles, &planes, &chosen);
-        let turns = expected(&full, &at);
+        let lists = carry(progressive, points, &full.triangles, &planes, &chosen);
+        let at = lists.all();
+        let fields = Strewn { at: &at, factor: |_, _| 1.0 };
+        let turns = fields.turned(&full);
         let turned = sum(&turns);
         if !(turned > 0.0 && turned.is_finite()) {
             return Err(FieldsError::None);
         }
         let unit = (full.area / turned).sqrt();
-        let room = Sight::on(&full, &at, &turns, planes.of_face()).room() / unit;
+        let room = Sight::on(&full, &fields, &turns, planes.of_face()).room() / unit;
         let scale = unit * within_reach(&full, &at, turned, options).min(room);
-        let mut columns: Vec<Field> = vec![Vec::new(); chosen.len()];
-        for (v, here) in (0..).zip(&at) {
-            here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));
-        }
+        let columns = columns(&at, chosen.len(), scale);
         progress.advance(1);
         // Coordinates close to the limits of numbers have fields beyond them.
         if !columns.iter().flatten().all(|(_, d)| d.iter().all(|x| x.is_finite())) {
@@ -167,6 +167,17 @@ impl Fields {
     }
 }
 
+/// Fields by themselves, of what each does at each vertex, which is scaled.
+fn columns(at: &[&Here], fields: usize, scale: f64) -> Vec<Field> {
+    let mut lengths = vec![0; fields];
+    at.iter().copied().flatten().for_each(|(i, _)| lengths[*i as usize] += 1);
+    let mut columns: Vec<Field> = lengths.into_iter().map(Vec::with_capacity).collect();
+    for (v, here) in (0..).zip(at) {
+        here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));
+    }
+    columns
+}
+
 /// What the strongest so many are above; 0 when there are no more.
 fn strongest(strengths: &[f64], most: usize) -> f64 {
     let mut sorted = strengths.to_vec();
@@ -178,7 +189,8 @@ fn strongest(strengths: &[f64], most: usize) -> f64 {
 fn strengths(level: &Surface, evidence: &Evidence, found: &[Shifts], options: &FieldsOptions) -> Vec<f64> {
     let s = amplitudes::gram(found, evidence, level.points.len());
     let turns: Vec<Vec<(u32, f64)>> = found.par_iter().map(|f| turned(level, &f.moves)).collect();
-    let sum = |turns: &Vec<(u32, f64)>| turns.iter().map(|(f, t)| t * level.areas[*f as usize]).sum::<f64>();
+    let sum =
+        |turns: &Vec<(u32, f64)>| turns.iter().map(|(f, t)| t * level.facets.areas[*f as usize]).sum::<f64>();
     let moved = |f: &Shifts| f.moves.iter().map(|(v, d)| evidence.weigh(*v, d).dot(d)).sum();
     let diagonal = BoundingBox::of(&level.points).map_or(0.0, |b| b.diagonal());
     let mut costs = Costs {
@@ -200,12 +212,11 @@ fn strengths(level: &Surface, evidence: &Evidence, found: &[Shifts], options: &F
 }
 
 /// What is left of the strength when the surface would move too far: 1 when it does not.
-fn within_reach(full: &Surface, at: &[crate::carry::Here], turned: f64, options: &FieldsOptions) -> f64 {
+fn within_reach(full: &Surface, at: &[&Here], turned: f64, options: &FieldsOptions) -> f64 {
     let areas = full.vertex_areas();
     let normals = full.vertex_normals();
-    let square = |(here, n): (&crate::carry::Here, &Vector3<f64>)| {
-        here.iter().map(|(_, d)| d.dot(n) * d.dot(n)).sum::<f64>()
-    };
+    let square =
+        |(here, n): (&&Here, &Vector3<f64>)| here.iter().map(|(_, d)| d.dot(n) * d.dot(n)).sum::<f64>();
     let squares = at.iter().zip(&normals).map(square);
     let moved = squares.zip(&areas).map(|(s, a)| s * a).sum::<f64>() / turned * options.turn * options.turn;
     let reach = options.reach * BoundingBox::of(&full.points).map_or(0.0, |b| b.diagonal());

@@ -55,8 +55,7 @@ impl Planes {
 
     /// Finds them.
     pub(crate) fn find(surface: &Surface) -> Self {
-        let PlanarRegions { normals, of_face, .. } =
-            PlanarRegions::find(&surface.points, &surface.triangles, surface.side);
+        let PlanarRegions { normals, of_face, .. } = surface.planar(surface.side);
         let (at, junctions, offsets) = (Vec::new(), Vec::new(), Vec::new());
         let mut planes = Self { normals, of_face, at, junctions, offsets, free: 0 };
         let sets = vertex_sets(surface, &planes.of_face);
