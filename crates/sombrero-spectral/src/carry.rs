@@ -357,6 +357,24 @@ mod tests {
         assert!(weights.iter().all(|(_, weight)| weight.is_finite() && *weight >= 0.0), "{weights:?}");
     }
 
+    /// Each vertex has a rank of its own, and what it is split into, and what that is, follows it without a gap.
+    #[test]
+    fn what_a_vertex_is_split_into_follows_it() {
+        let made = sombrero_mesh::repair(&sombrero_shapes::bumpy_sphere(400));
+        let progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+        let ranks = nested(&progressive, made.points.len());
+        let mut sorted = ranks.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, (0..made.points.len() as u32).collect::<Vec<_>>());
+        let (mut counts, mut lasts) = (vec![1; ranks.len()], ranks.clone());
+        for split in (0..progressive.split_count()).rev().filter_map(|i| progressive.split(i)) {
+            let [vertex, parent] = [split.vertex.index(), split.parent.index()];
+            counts[parent] += counts[vertex];
+            lasts[parent] = lasts[parent].max(lasts[vertex]);
+        }
+        assert!((0..ranks.len()).all(|v| lasts[v] - ranks[v] + 1 == counts[v]));
+    }
+
     #[test]
     fn corners_of_thin_faces_are_known() {
         let points = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.09], [0.5, 1.0], [3.0, 3.0]];
