@@ -14,6 +14,7 @@ use crate::support::outlines;
 use crate::{Amplitudes, BasisError, BasisFunction, PartsError};
 use nalgebra::{Point3, Vector3};
 use nalgebra_sparse::CscMatrix;
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use sombrero_mesh::{BoundingBox, VertexId};
 use sombrero_progress::Progress;
@@ -67,6 +68,9 @@ pub struct Function {
 /// The least height that carries a mark, in largest sides: numbers with six digits have errors like this.
 const LEAST_HEIGHT: f64 = 1e-6;
 
+/// Vertices that one task moves.
+const CHUNK: usize = 4096;
+
 /// The values of so many functions, or more, take about as long as one way through all levels.
 const COLUMNS: usize = 50;
 
@@ -107,7 +111,7 @@ impl Basis {
         let options = FieldsOptions { most, ..FieldsOptions::default() };
         let fields = Fields::new(progressive, points, &options)
             .map_err(|_| BasisError::TooFewFields { available: 0 })?;
-        Ok(Self::of_fields(points.len(), &fields.columns))
+        Ok(Self::of_fields(points.len(), fields.columns))
     }
 
     fn of_splits(
@@ -176,10 +180,14 @@ impl Basis {
     ///
     /// # Panics
     /// When a field is not sorted by vertex, or names one that is not below `vertices`.
-    pub fn of_fields(vertices: usize, fields: &[Vec<(u32, Vector3<f64>)>]) -> Self {
+    pub fn of_fields(vertices: usize, fields: Vec<Vec<(u32, Vector3<f64>)>>) -> Self {
         let lengths: Vec<usize> = fields.iter().map(Vec::len).collect();
-        let entries = || fields.iter().flatten();
-        let (rows, vectors) = (entries().map(|e| e.0 as usize).collect(), entries().map(|e| e.1).collect());
+        let count = lengths.iter().sum();
+        let (mut rows, mut vectors) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for (row, d) in fields.into_iter().flatten() {
+            rows.push(row as usize);
+            vectors.push(d);
+        }
         Self::from_vectors(vertices, &lengths, rows, vectors)
             .expect("each field has its vertices once, in order")
     }
@@ -212,6 +220,23 @@ impl Basis {
         });
         let functions = functions.collect();
         Ok(Self { values: CscMatrix::zeros(vertices, lengths.len()), functions, vectors: Some(vectors) })
+    }
+
+    /// The basis whose functions are vectors, each vector times a factor, given its function and its vertex.
+    ///
+    /// # Panics
+    /// When functions are not vectors, or a product is not finite.
+    #[must_use]
+    pub fn scaled(self, factor: impl Fn(usize, usize) -> f64) -> Self {
+        let vectors = self.vectors.expect("functions that are vectors");
+        let (vertices, lengths) =
+            (vectors.nrows(), vectors.col_iter().map(|column| column.nnz()).collect::<Vec<_>>());
+        let (_, rows, mut values) = vectors.disassemble();
+        let mut entries = rows.iter().zip(&mut values);
+        for (i, length) in lengths.iter().enumerate() {
+            entries.by_ref().take(*length).for_each(|(row, d)| *d *= factor(i, *row));
+        }
+        Self::from_vectors(vertices, &lengths, rows, values).expect("entries are where they were, and finite")
     }
 
     /// B at ε = 1 where functions are vectors.
@@ -269,12 +294,13 @@ impl Basis {
     pub fn displacements(&self, w: &[f64], epsilon: f64) -> Vec<Vector3<f64>> {
         assert_eq!(w.len(), self.functions.len(), "a coefficient for each function");
         let mut moved = vec![Vector3::zeros(); self.vertex_count()];
-        if let Some(vectors) = &self.vectors {
-            for (i, column) in vectors.col_iter().enumerate() {
-                for (&row, d) in column.row_indices().iter().zip(column.values()) {
-                    moved[row] += d * (epsilon * w[i]);
+        if self.vectors.is_some() {
+            moved.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, moved)| {
+                let vertices = chunk * CHUNK..chunk * CHUNK + moved.len();
+                for (i, w) in w.iter().enumerate() {
+                    self.part(i, &vertices, |row, d| moved[row] += d * (epsilon * w));
                 }
-            }
+            });
             return moved;
         }
         for (i, column) in self.values.col_iter().enumerate() {
@@ -292,23 +318,12 @@ impl Basis {
     ///
     /// # Panics
     /// When `point_of` is not sorted, does not name a point for each vertex, or names one that is not there.
-    pub fn on_points(&self, point_of: &[u32], points: usize) -> Self {
+    pub fn on_points(self, point_of: &[u32], points: usize) -> Self {
+        if self.vectors.is_some() {
+            return self.vectors_on_points(point_of, points);
+        }
         let mut copies = vec![0.0; points];
         point_of.iter().for_each(|&p| copies[p as usize] += 1.0);
-        if let Some(vectors) = &self.vectors {
-            let mean = |column: nalgebra_sparse::csc::CscCol<Vector3<f64>>| {
-                let mut merged: Vec<(u32, Vector3<f64>)> = Vec::with_capacity(column.nnz());
-                for (&row, d) in column.row_indices().iter().zip(column.values()) {
-                    let (point, part) = (point_of[row], d / copies[point_of[row] as usize]);
-                    match merged.last_mut() {
-                        Some((last, sum)) if *last == point => *sum += part,
-                        _ => merged.push((point, part)),
-                    }
-                }
-                merged
-            };
-            return Self::of_fields(points, &vectors.col_iter().map(mean).collect::<Vec<_>>());
-        }
         let columns: Vec<Column> = self
             .values
             .col_iter()
@@ -325,7 +340,33 @@ impl Basis {
                 merged
             })
             .collect();
-        Self { values: compressed(points, &columns), functions: self.functions.clone(), vectors: None }
+        Self { values: compressed(points, &columns), functions: self.functions, vectors: None }
+    }
+
+    /// [`on_points`](Self::on_points) of functions that are vectors.
+    fn vectors_on_points(self, point_of: &[u32], points: usize) -> Self {
+        let vectors = self.vectors.expect("functions that are vectors");
+        let mut copies = vec![0.0; points];
+        point_of.iter().for_each(|&p| copies[p as usize] += 1.0);
+        if point_of.is_sorted_by(|a, b| a < b) {
+            // Other names, and nothing to join: no copy is made.
+            let lengths: Vec<usize> = vectors.col_iter().map(|column| column.nnz()).collect();
+            let (_, mut rows, values) = vectors.disassemble();
+            rows.iter_mut().for_each(|row| *row = point_of[*row] as usize);
+            return Self::from_vectors(points, &lengths, rows, values).expect("each point is one vertex");
+        }
+        let mean = |column: nalgebra_sparse::csc::CscCol<Vector3<f64>>| {
+            let mut merged: Vec<(u32, Vector3<f64>)> = Vec::with_capacity(column.nnz());
+            for (&row, d) in column.row_indices().iter().zip(column.values()) {
+                let (point, part) = (point_of[row], d / copies[point_of[row] as usize]);
+                match merged.last_mut() {
+                    Some((last, sum)) if *last == point => *sum += part,
+                    _ => merged.push((point, part)),
+                }
+            }
+            merged
+        };
+        Self::of_fields(points, vectors.col_iter().map(mean).collect())
     }
 
     /// SHA-256 over everything that insertion and extraction depend on: sizes, centres, amplitudes, directions
@@ -488,17 +529,17 @@ mod tests {
     fn vectors_move_what_they_say_and_copies_by_their_mean() {
         let fields =
             [vec![(0, Vector3::x()), (3, Vector3::new(1.0, 2.0, 3.0))], vec![(2, Vector3::y() * 2.0)]];
-        let basis = Basis::of_fields(4, &fields);
+        let basis = Basis::of_fields(4, fields.to_vec());
         let moved = basis.displacements(&[2.0, -1.0], 0.5);
         assert_eq!(moved, [Vector3::x(), Vector3::zeros(), -Vector3::y(), Vector3::new(1.0, 2.0, 3.0)]);
-        let joined = basis.on_points(&[0, 0, 1, 1], 3);
+        let joined = basis.clone().on_points(&[0, 0, 1, 1], 3);
         let moved = joined.displacements(&[2.0, -1.0], 0.5);
         let half = Vector3::new(0.5, 0.5, 1.5);
         assert_eq!(moved, [Vector3::x() / 2.0, half, Vector3::zeros()]);
         assert_ne!(joined.digest(), basis.digest());
         let mut other = fields.clone();
         other[1][0].1.y = 2.0 + f64::EPSILON * 2.0;
-        assert_ne!(Basis::of_fields(4, &other).digest(), basis.digest());
+        assert_ne!(Basis::of_fields(4, other.to_vec()).digest(), basis.digest());
         let columns = || (vec![0, 3, 2], vec![Vector3::x(), Vector3::y(), Vector3::z()]);
         let refused = |lengths: &[usize], n| {
             let (rows, vectors) = columns();
@@ -560,7 +601,7 @@ mod tests {
         let basis = sphere_basis(3).unwrap();
         let n = basis.vertex_count() as u32;
         let point_of: Vec<u32> = (0..n).map(|v| v / 2).collect();
-        let merged = basis.on_points(&point_of, n.div_ceil(2) as usize + 1);
+        let merged = basis.clone().on_points(&point_of, n.div_ceil(2) as usize + 1);
         let value =
             |b: &Basis, v: usize, i: usize| b.values().get_entry(v, i).map_or(0.0, |e| e.into_value());
         for (point, i) in (0..n as usize / 2).flat_map(|p| (0..3).map(move |i| (p, i))) {

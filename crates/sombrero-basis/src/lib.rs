@@ -7,6 +7,7 @@ mod error;
 mod function;
 mod magnitude;
 mod radius;
+mod rows;
 mod support;
 
 pub use nalgebra;
@@ -16,3 +17,4 @@ pub use amplitude::{Amplitudes, UnknownAmplitudes};
 pub use basis::{Basis, BasisOptions, Function};
 pub use error::{BasisError, PartsError};
 pub use function::{BasisFunction, UnknownFunction};
+pub use rows::Rows;

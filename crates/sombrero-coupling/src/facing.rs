@@ -9,7 +9,7 @@ use crate::sites::Sites;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_mesh::{Edges, geometry};
-use sombrero_spatial::{Line, Surface};
+use sombrero_spatial::{Crossing, Line, Surface};
 
 /// cos 30°: where two smooth surfaces are nearest they are parallel, and creases that are wider are no walls.
 const PARALLEL: f64 = 0.866_025_403_784_438_6;
@@ -36,8 +36,8 @@ pub struct Facing {
 /// # Panics
 /// When a corner or a point of a place is not below the number of points, or a slice is shorter.
 pub fn facing(assembly: &Assembly<'_>, farthest: &[f64]) -> Vec<Facing> {
-    let edges = Edges::new(assembly.points.len(), assembly.triangles);
-    let sites = Sites::new(assembly, &edges);
+    // Edges face nothing.
+    let sites = Sites::new(assembly, &Edges::new(0, &[]));
     let normals: Vec<Vector3<f64>> =
         sites.triangles.iter().map(|corners| normal(&sites.at, corners)).collect();
     let search = Search {
@@ -105,17 +105,18 @@ impl Search<'_> {
                 && back.dot(&normal).abs() >= PARALLEL * back.norm()
                 && !its.iter().any(|v| own.contains(v))
         };
-        let seen = |direction: Vector3<f64>| {
-            let ray = Line { origin: *origin, direction };
-            let hit =
-                self.surface.first_ahead(&ray, farthest, counts).filter(|hit| hit.distance > contact)?;
-            Some(Facing {
-                distance: hit.distance,
+        let line = Line { origin: *origin, direction: normal };
+        let [behind, ahead] = self.surface.nearest_each_way(&line, farthest, counts);
+        let seen = |(direction, hit): (Vector3<f64>, Option<Crossing>)| {
+            let hit = hit?;
+            let distance = hit.distance.abs();
+            (distance > contact).then(|| Facing {
+                distance,
                 direction: self.sites.linear(own[0]).transpose() * direction,
-                terms: self.terms(own, weight, hit.face, &(origin + direction * hit.distance)),
+                terms: self.terms(own, weight, hit.face, &(origin + direction * distance)),
             })
         };
-        [normal, -normal].into_iter().filter_map(seen).collect()
+        [(normal, ahead), (-normal, behind)].into_iter().filter_map(seen).collect()
     }
 
     /// The displacement of `own`, less that of the point `at` of a face, seen where the first of `own` is.

@@ -16,6 +16,7 @@
 use crate::answer::eigen;
 use nalgebra::{DMatrix, DVector, Point3, SymmetricEigen, Vector3};
 use nalgebra_sparse::CsrMatrix;
+use rayon::prelude::*;
 use sombrero_basis::Basis;
 use thiserror::Error;
 
@@ -75,6 +76,40 @@ pub fn extract(
     original: &[Point3<f64>],
     suspect: &[Option<Point3<f64>>],
 ) -> Result<Extraction, ExtractError> {
+    let mut found = extract_each(basis, epsilon, original, &[suspect])?;
+    Ok(found.pop().expect("one for each suspect"))
+}
+
+/// [`extract`] for each of several suspects, sooner where the same vertices are present in one and the next.
+///
+/// # Errors
+/// As [`extract`].
+pub fn extract_each(
+    basis: &Basis,
+    epsilon: f64,
+    original: &[Point3<f64>],
+    suspects: &[&[Option<Point3<f64>>]],
+) -> Result<Vec<Extraction>, ExtractError> {
+    let mut system: Option<System> = None;
+    let mut found = Vec::new();
+    for suspect in suspects {
+        let offsets = offsets(basis, original, suspect)?;
+        let present = offsets.iter().map(Option::is_some).collect();
+        let system = match system.take().filter(|known| known.present == present) {
+            Some(known) => system.insert(known),
+            None => system.insert(System::new(basis, epsilon, present)),
+        };
+        found.push(system.solve(&offsets));
+    }
+    Ok(found)
+}
+
+/// v* - v of the vertices that are present.
+fn offsets(
+    basis: &Basis,
+    original: &[Point3<f64>],
+    suspect: &[Option<Point3<f64>>],
+) -> Result<Vec<Option<Vector3<f64>>>, ExtractError> {
     let (rows, original_rows, suspect_rows) = (basis.vertex_count(), original.len(), suspect.len());
     if original_rows != rows || suspect_rows != rows {
         return Err(ExtractError::Lengths { basis: rows, original: original_rows, suspect: suspect_rows });
@@ -83,47 +118,58 @@ pub fn extract(
     if let Some(vertex) = suspect.iter().position(|p| !finite(p)) {
         return Err(ExtractError::NotFinite { vertex });
     }
-    let offsets: Vec<Option<Vector3<f64>>> =
-        suspect.iter().zip(original).map(|(s, o)| s.map(|s| s - o)).collect();
-    Ok(System::new(basis, epsilon, offsets).solve())
+    Ok(suspect.iter().zip(original).map(|(s, o)| s.map(|s| s - o)).collect())
 }
 
+/// The least squares of the vertices that are present, whatever became of them.
 struct System<'a> {
     basis: &'a Basis,
-    /// Φ by rows.
-    rows: CsrMatrix<f64>,
-    /// B by rows where functions are vectors.
-    vectors: Option<CsrMatrix<Vector3<f64>>>,
     epsilon: f64,
-    /// v* - v, present vertices only.
-    offsets: Vec<Option<Vector3<f64>>>,
+    present: Vec<bool>,
     /// ε h_i d_i.
     steps: Vec<Vector3<f64>>,
+    /// What scales BᵀB to a unit diagonal; a column without rows gets a zero and drops out.
+    scale: DVector<f64>,
+    inverse: PseudoInverse,
 }
 
+/// Rows that are looked up at a time.
+const CHUNK: usize = 4096;
+
+/// Functions whose products one task adds up.
+const GROUP: usize = 32;
+
 impl<'a> System<'a> {
-    fn new(basis: &'a Basis, epsilon: f64, offsets: Vec<Option<Vector3<f64>>>) -> Self {
-        let steps = (0..basis.functions().len()).map(|i| basis.step(i) * epsilon).collect();
-        let vectors = basis.vectors().map(CsrMatrix::from);
-        Self { basis, rows: CsrMatrix::from(basis.values()), vectors, epsilon, offsets, steps }
+    fn new(basis: &'a Basis, epsilon: f64, present: Vec<bool>) -> Self {
+        let steps: Vec<_> = (0..basis.functions().len()).map(|i| basis.step(i) * epsilon).collect();
+        let gram = gram(basis, &present);
+        let normal = |i: usize, j: usize| {
+            let entry = gram[i.min(j) * steps.len() + i.max(j)];
+            if basis.vectors().is_some() {
+                entry * epsilon * epsilon
+            } else {
+                entry * steps[i].dot(&steps[j])
+            }
+        };
+        let diagonal = (0..steps.len()).map(|i| normal(i, i));
+        let scale = diagonal.map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
+        let scale = DVector::from_vec(scale.collect());
+        let scaled = |i: usize, j: usize| normal(i, j) * scale[i] * scale[j];
+        let inverse = PseudoInverse::new(DMatrix::from_fn(steps.len(), steps.len(), scaled));
+        Self { basis, epsilon, present, steps, scale, inverse }
     }
 
-    fn solve(&self) -> Extraction {
-        let normal = self.normal_matrix();
-        // Scaling to a unit diagonal; a column without rows gets a zero and drops out.
-        let scale = normal.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
-        let scaled =
-            DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| normal[(i, j)] * scale[i] * scale[j]);
-        let inverse = PseudoInverse::new(scaled);
+    fn solve(&self, offsets: &[Option<Vector3<f64>>]) -> Extraction {
+        let Self { scale, inverse, .. } = self;
         let step = |residual: &[Option<Vector3<f64>>]| {
-            inverse.times(&self.transposed_times(residual).component_mul(&scale)).component_mul(&scale)
+            inverse.times(&self.transposed_times(residual).component_mul(scale)).component_mul(scale)
         };
-        let mut w = step(&self.offsets);
-        w += step(&self.residual(&w));
+        let mut w = step(offsets);
+        w += step(&self.residual(offsets, &w));
 
         let found =
             |i: usize| (scale[i] > 0.0 && inverse.undetermined[i] <= LARGEST_UNDETERMINED).then(|| w[i]);
-        let residual = self.residual(&w);
+        let residual = self.residual(offsets, &w);
         let vertices = residual.iter().flatten().count();
         let sum: f64 = residual.iter().flatten().map(Vector3::norm_squared).sum();
         Extraction {
@@ -133,38 +179,15 @@ impl<'a> System<'a> {
         }
     }
 
-    /// BᵀB over the present rows.
-    fn normal_matrix(&self) -> DMatrix<f64> {
-        let m = self.steps.len();
-        let mut gram = DMatrix::<f64>::zeros(m, m);
-        if let Some(vectors) = &self.vectors {
-            for (row, _) in vectors.row_iter().zip(&self.offsets).filter(|(_, offset)| offset.is_some()) {
-                for (k, (&i, d)) in row.col_indices().iter().zip(row.values()).enumerate() {
-                    for (&j, e) in row.col_indices().iter().zip(row.values()).skip(k) {
-                        gram[(i, j)] += d.dot(e);
-                    }
-                }
-            }
-            return DMatrix::from_fn(m, m, |i, j| gram[(i.min(j), i.max(j))] * self.epsilon * self.epsilon);
-        }
-        for (row, _) in self.rows.row_iter().zip(&self.offsets).filter(|(_, offset)| offset.is_some()) {
-            for (k, (&i, &phi)) in row.col_indices().iter().zip(row.values()).enumerate() {
-                for (&j, &psi) in row.col_indices().iter().zip(row.values()).skip(k) {
-                    gram[(i, j)] += phi * psi;
-                }
-            }
-        }
-        DMatrix::from_fn(m, m, |i, j| gram[(i.min(j), i.max(j))] * self.steps[i].dot(&self.steps[j]))
-    }
-
     /// Bᵀ r over the present rows.
     fn transposed_times(&self, r: &[Option<Vector3<f64>>]) -> DVector<f64> {
         if let Some(vectors) = self.basis.vectors() {
-            let sums = vectors.col_iter().map(|column| {
+            let sum = |i: usize| {
+                let column = vectors.col(i);
                 let terms = column.row_indices().iter().zip(column.values());
                 terms.filter_map(|(&row, d)| r[row].map(|r| r.dot(d))).sum::<f64>() * self.epsilon
-            });
-            return DVector::from_iterator(self.steps.len(), sums);
+            };
+            return DVector::from_vec((0..self.steps.len()).into_par_iter().map(sum).collect());
         }
         let sums = self.basis.values().col_iter().zip(&self.steps).map(|(column, step)| {
             let terms = column.row_indices().iter().zip(column.values());
@@ -175,24 +198,56 @@ impl<'a> System<'a> {
     }
 
     /// v* - v - B w over the present rows.
-    fn residual(&self, w: &DVector<f64>) -> Vec<Option<Vector3<f64>>> {
-        if let Some(vectors) = &self.vectors {
-            let rows = vectors.row_iter().zip(&self.offsets);
-            let residual =
-                |(row, offset): (nalgebra_sparse::csr::CsrRow<Vector3<f64>>, &Option<Vector3<f64>>)| {
-                    let terms = row.col_indices().iter().zip(row.values());
-                    let moved: Vector3<f64> = terms.map(|(&i, d)| d * (self.epsilon * w[i])).sum();
-                    offset.map(|offset| offset - moved)
-                };
-            return rows.map(residual).collect();
+    fn residual(&self, offsets: &[Option<Vector3<f64>>], w: &DVector<f64>) -> Vec<Option<Vector3<f64>>> {
+        let moved = if self.basis.vectors().is_some() {
+            self.basis.displacements(w.as_slice(), self.epsilon)
+        } else {
+            let mut moved = vec![Vector3::zeros(); offsets.len()];
+            for (i, column) in self.basis.values().col_iter().enumerate() {
+                let entries = column.row_indices().iter().zip(column.values());
+                entries.for_each(|(&row, &phi)| moved[row] += self.steps[i] * (phi * w[i]));
+            }
+            moved
+        };
+        offsets.iter().zip(moved).map(|(offset, moved)| offset.map(|offset| offset - moved)).collect()
+    }
+}
+
+/// ΦᵀΦ, or BᵀB at ε = 1 where functions are vectors, over the present rows: its upper triangle, by rows.
+fn gram(basis: &Basis, present: &[bool]) -> Vec<f64> {
+    let m = basis.functions().len();
+    let mut gram = vec![0.0; m * m];
+    if basis.vectors().is_none() {
+        let rows = CsrMatrix::from(basis.values());
+        for (row, _) in rows.row_iter().zip(present).filter(|(_, present)| **present) {
+            for (k, (&i, &phi)) in row.col_indices().iter().zip(row.values()).enumerate() {
+                for (&j, &psi) in row.col_indices().iter().zip(row.values()).skip(k) {
+                    gram[i * m + j] += phi * psi;
+                }
+            }
         }
-        let rows = self.rows.row_iter().zip(&self.offsets);
-        rows.map(|(row, offset)| {
-            let terms = row.col_indices().iter().zip(row.values());
-            let moved: Vector3<f64> = terms.map(|(&i, &phi)| self.steps[i] * (phi * w[i])).sum();
-            offset.map(|offset| offset - moved)
-        })
-        .collect()
+        return gram;
+    }
+    for (piece, present) in present.chunks(CHUNK).enumerate() {
+        let rows = basis.rows(piece * CHUNK..piece * CHUNK + present.len());
+        let rows: Vec<_> =
+            rows.iter().zip(present).filter(|(_, present)| **present).map(|(row, _)| row).collect();
+        let groups = gram.par_chunks_mut(m * GROUP).enumerate();
+        groups.for_each(|(group, sums)| add_products(sums, m, group * GROUP, &rows));
+    }
+    gram
+}
+
+/// Adds to rows of the upper triangle, from the one of function `first` on, what functions have in common in `rows` of B.
+fn add_products(sums: &mut [f64], m: usize, first: usize, rows: &[&[(u32, Vector3<f64>)]]) {
+    let end = first + sums.len() / m;
+    for row in rows {
+        let [start, end] = [first, end].map(|end| row.partition_point(|(i, _)| (*i as usize) < end));
+        for k in start..end {
+            let (i, d) = &row[k];
+            let sums = &mut sums[(*i as usize - first) * m..][..m];
+            row[k..].iter().for_each(|(j, e)| sums[*j as usize] += d.dot(e));
+        }
     }
 }
 
@@ -310,7 +365,7 @@ mod tests {
             let entries = column.row_indices().iter().zip(column.values());
             entries.map(|(&v, phi)| (v as u32, basis.step(i) * *phi)).collect()
         };
-        let vectors = Basis::of_fields(points.len(), &(0..20).map(along).collect::<Vec<_>>());
+        let vectors = Basis::of_fields(points.len(), (0..20).map(along).collect());
         let w: Vec<f64> = (0..20).map(|i| f64::from(i % 7) - 3.0).collect();
         let mut suspect = marked(&basis, &points, &w);
         for (k, s) in suspect.iter_mut().enumerate() {

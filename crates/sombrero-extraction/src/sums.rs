@@ -199,7 +199,7 @@ mod tests {
             let near = (0..).zip(points).filter(|(v, _)| (v * 7 + i as u32).is_multiple_of(5));
             near.map(|(v, p)| (v, p.coords * (1.0 + i as f64))).collect()
         };
-        Basis::of_fields(points.len(), &(0..count).map(reach).collect::<Vec<_>>())
+        Basis::of_fields(points.len(), (0..count).map(reach).collect())
     }
 
     fn observations(soup: &Soup, count: usize) -> Vec<Observation> {

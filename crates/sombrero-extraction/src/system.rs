@@ -245,7 +245,7 @@ mod tests {
             let entries = column.row_indices().iter().zip(column.values());
             entries.map(|(&v, phi)| (v as u32, basis.step(i) * *phi)).collect()
         };
-        let vectors = Basis::of_fields(made.points.len(), &(0..30).map(along).collect::<Vec<_>>());
+        let vectors = Basis::of_fields(made.points.len(), (0..30).map(along).collect());
         let both = [&basis, &vectors].map(|b| MarkMatrix::new(b, 0.01));
         let w = DVector::from_fn(30, |i, _| f64::from(i as u32 % 5) - 2.0);
         let triangles = progressive.mesh().triangles();

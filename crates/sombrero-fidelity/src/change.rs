@@ -1,6 +1,8 @@
 //! A mesh before and after its vertices moved, with what several measures ask of it.
 
+use crate::dihedral::angle;
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 use sombrero_mesh::{BoundingBox, Facets, Hinge, hinges};
 use sombrero_spatial::Surface;
 
@@ -21,6 +23,8 @@ pub struct Change<'a> {
     /// Before and after.
     pub(crate) surfaces: [Surface; 2],
     pub(crate) hinges: Vec<Hinge>,
+    /// The dihedral angle at each hinge, before and after.
+    pub(crate) angles: [Vec<Option<f64>>; 2],
     /// The bounding box before; that of a point without triangles.
     pub(crate) bounds: BoundingBox,
 }
@@ -32,17 +36,30 @@ impl<'a> Change<'a> {
         let there = |v: u32| [before, after].iter().all(|side| side.get(v as usize).is_some_and(usable));
         let whole = |&&[a, b, c]: &&[u32; 3]| a != b && b != c && c != a && [a, b, c].into_iter().all(there);
         let triangles: Vec<[u32; 3]> = triangles.iter().filter(whole).copied().collect();
-        let surface = Surface::new(before, &triangles);
-        let mut moved = surface.clone();
-        moved.refit(after);
+        let surfaces = || {
+            let surface = Surface::new(before, &triangles);
+            let mut moved = surface.clone();
+            moved.refit(after);
+            [surface, moved]
+        };
+        let bends = || {
+            let hinges = hinges(before.len().min(after.len()), &triangles);
+            let facets = [before, after].map(|points| Facets::new(points, &triangles));
+            let angles = [(before, &facets[0]), (after, &facets[1])].map(|(points, facets)| {
+                hinges.par_iter().map(|hinge| angle(points, &facets.normals, hinge)).collect()
+            });
+            (hinges, facets, angles)
+        };
+        let (surfaces, (hinges, facets, angles)) = rayon::join(surfaces, bends);
         let origin = BoundingBox { min: Point3::origin(), max: Point3::origin() };
         let corners = triangles.iter().flatten().map(|&v| &before[v as usize]);
         Self {
             before,
             after,
-            facets: [before, after].map(|points| Facets::new(points, &triangles)),
-            surfaces: [surface, moved],
-            hinges: hinges(before.len().min(after.len()), &triangles),
+            facets,
+            surfaces,
+            hinges,
+            angles,
             bounds: BoundingBox::of(corners).unwrap_or(origin),
             triangles,
         }

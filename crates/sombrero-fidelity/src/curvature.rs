@@ -15,7 +15,6 @@
 //! ```
 
 use crate::Change;
-use crate::dihedral::angle;
 use crate::net::{Net, Walker};
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
@@ -36,12 +35,13 @@ pub(crate) struct Bent<'a> {
 impl<'a> Bent<'a> {
     pub(crate) fn new(change: &Change<'a>, side: usize, edges: &Edges) -> Self {
         let points = change.sides()[side];
-        let mut bends = vec![0.0; edges.len()];
-        for hinge in &change.hinges {
-            if let Ok(edge) = edges.ends.binary_search(&hinge.ends) {
-                bends[edge] = angle(points, &change.facets[side].normals, hinge).unwrap_or(0.0);
-            }
-        }
+        // Hinges are in the order of edges.
+        let mut hinges = change.hinges.iter().zip(&change.angles[side]).peekable();
+        let bend = |ends: &[u32; 2]| {
+            let (_, angle) = hinges.next_if(|(hinge, _)| hinge.ends == *ends)?;
+            *angle
+        };
+        let bends = edges.ends.iter().map(bend).map(|angle| angle.unwrap_or(0.0)).collect();
         Self { points, normals: change.vertex_normals(side), bends }
     }
 

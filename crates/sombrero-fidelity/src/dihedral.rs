@@ -20,12 +20,11 @@ pub const FLAT_EDGE: f64 = 2.0;
 /// was. O(n).
 pub fn flat_dihedral(change: &Change<'_>) -> Option<f64> {
     let flat = FLAT_EDGE.to_radians();
-    let [before, after] = change.sides();
+    let [before, after] = &change.angles;
     let (mut squares, mut total) = (0.0, 0.0);
-    for hinge in &change.hinges {
-        let was = angle(before, &change.facets[0].normals, hinge).filter(|angle| angle.abs() < flat);
-        if let Some((was, is)) = was.zip(angle(after, &change.facets[1].normals, hinge)) {
-            let [a, b] = hinge.ends.map(|v| before[v as usize]);
+    for (hinge, (was, is)) in change.hinges.iter().zip(before.iter().zip(after)) {
+        if let Some((was, is)) = was.filter(|angle| angle.abs() < flat).zip(*is) {
+            let [a, b] = hinge.ends.map(|v| change.before[v as usize]);
             squares += (b - a).norm() * (is - was) * (is - was);
             total += (b - a).norm();
         }

@@ -1,6 +1,6 @@
 //! All figures of one change.
 
-use crate::{Change, Cracks, NormalChange, Places, Thinnest};
+use crate::{Change, Places};
 use crate::{cracks, flat_dihedral, flatness, mrms, msdm2, new_intersections, normals, thinnest};
 use nalgebra::Point3;
 
@@ -51,22 +51,24 @@ impl Fidelity {
         places: Option<Places<'_>>,
     ) -> Self {
         let change = Change::new(before, after, triangles);
-        let NormalChange { rms, p99 } = normals(&change);
-        let Thinnest { before: thinnest_before, after: thinnest_after } = thinnest(&change);
-        let Cracks { before: widest_crack_before, after: widest_crack_after } =
-            cracks(&places.unwrap_or_else(|| Places::new(before, after)));
+        let places = places.unwrap_or_else(|| Places::new(before, after));
+        // What runs in one thread stands beside what runs in many.
+        let alone = || (flat_dihedral(&change), flatness(&change), normals(&change), cracks(&places));
+        let beside = || (mrms(&change), thinnest(&change), new_intersections(&change));
+        let ((flat_dihedral, flatness, normals, cracks), (msdm2, (mrms, thinnest, new_intersections))) =
+            rayon::join(alone, || (msdm2(&change), beside()));
         Self {
-            mrms: mrms(&change),
-            normals_rms: rms,
-            normals_p99: p99,
-            msdm2: msdm2(&change),
-            flat_dihedral: flat_dihedral(&change),
-            flatness: flatness(&change),
-            new_intersections: new_intersections(&change),
-            thinnest_before,
-            thinnest_after,
-            widest_crack_before,
-            widest_crack_after,
+            mrms,
+            normals_rms: normals.rms,
+            normals_p99: normals.p99,
+            msdm2,
+            flat_dihedral,
+            flatness,
+            new_intersections,
+            thinnest_before: thinnest.before,
+            thinnest_after: thinnest.after,
+            widest_crack_before: cracks.before,
+            widest_crack_after: cracks.after,
             diagonal: change.bounds.diagonal(),
         }
     }

@@ -13,7 +13,7 @@ use sombrero_mesh::PlanarRegions;
 /// side; `None` without planar regions ([`PlanarRegions`]). O(n log n).
 pub fn flatness(change: &Change<'_>) -> Option<f64> {
     let side = change.bounds.largest_side();
-    let planar = PlanarRegions::find(change.before, &change.triangles, side);
+    let planar = PlanarRegions::of(change.before, &change.triangles, side, &change.facets[0], &change.hinges);
     let mut corners: Vec<(u32, u32)> = Vec::new();
     for (region, triangle) in planar.of_face.iter().zip(&change.triangles) {
         corners.extend(region.iter().flat_map(|&r| triangle.map(|v| (r, v))));

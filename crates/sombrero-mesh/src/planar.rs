@@ -39,9 +39,22 @@ impl PlanarRegions {
     /// # Panics
     /// When a corner is not a point.
     pub fn find(points: &[Point3<f64>], triangles: &[[u32; 3]], side: f64) -> Self {
-        let facets = Facets::new(points, triangles);
-        let hinges = hinges(points.len(), triangles);
-        let (labels, count) = flat_components(triangles.len(), &facets, &hinges);
+        let (facets, hinges) = (Facets::new(points, triangles), hinges(points.len(), triangles));
+        Self::of(points, triangles, side, &facets, &hinges)
+    }
+
+    /// [`find`](Self::find), given the triangles' facets and hinges.
+    ///
+    /// # Panics
+    /// As [`find`](Self::find), and when there are fewer facets than triangles.
+    pub fn of(
+        points: &[Point3<f64>],
+        triangles: &[[u32; 3]],
+        side: f64,
+        facets: &Facets,
+        hinges: &[Hinge],
+    ) -> Self {
+        let (labels, count) = flat_components(triangles.len(), facets, hinges);
         let mut area = vec![0.0; count];
         let mut normal = vec![Vector3::zeros(); count];
         for (f, &label) in labels.iter().enumerate() {

@@ -172,15 +172,15 @@ impl Model {
         epsilon: f64,
     ) -> Result<Basis, BasisError> {
         let basis = self.basis_of(progressive, options)?;
-        Ok(self.kept_apart(&basis, options, epsilon).unwrap_or(basis))
+        Ok(self.kept_apart(basis, options, epsilon))
     }
 
-    /// What [`basis_for`](Self::basis_for) makes of a basis over points; `None` where it stays what it is.
-    pub fn kept_apart(&self, basis: &Basis, options: &BasisOptions, epsilon: f64) -> Option<Basis> {
-        let limited = options.function == BasisFunction::Field;
-        limited
-            .then(|| kept_apart(basis, &self.assembly(), self.coupling(), self.largest_side(), epsilon))
-            .flatten()
+    /// What [`basis_for`](Self::basis_for) makes of a basis over points.
+    pub fn kept_apart(&self, basis: Basis, options: &BasisOptions, epsilon: f64) -> Basis {
+        if options.function != BasisFunction::Field {
+            return basis;
+        }
+        kept_apart(basis, &self.assembly(), self.coupling(), self.largest_side(), epsilon)
     }
 
     /// What keeps points together that meet at any of their places, or lie on something.

@@ -129,7 +129,7 @@ pub(crate) fn parts(soup: &Soup, basis: &Basis, epsilon: f64) -> Vec<Part> {
     }
     let part = |(component, fields): (Component, Vec<(usize, Field)>)| {
         let (functions, fields): (Vec<usize>, Vec<Field>) = fields.into_iter().unzip();
-        let basis = Basis::of_fields(component.points.len(), &fields);
+        let basis = Basis::of_fields(component.points.len(), fields);
         let extractor =
             Extractor::new(&basis, epsilon, &component.soup).ok().filter(|_| !functions.is_empty())?;
         Some(Part { shape: PartShape::new(component)?, functions, extractor })

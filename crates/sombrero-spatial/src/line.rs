@@ -59,40 +59,78 @@ impl Surface {
         if !usable(&line.origin) || !usable(&Point3::from(line.direction)) {
             return None;
         }
-        nearest(self.tree(), line, reach, Side::Both, counts)
+        let [behind, ahead] = search(self.tree(), line, Found::new(reach, false), counts);
+        [behind, ahead].into_iter().flatten().reduce(|a, b| if b.rank() < a.rank() { b } else { a })
     }
 
-    /// The same ahead of the origin alone, where distances are not negative.
-    pub fn first_ahead(&self, line: &Line, reach: f64, counts: impl Fn(u32) -> bool) -> Option<Crossing> {
+    /// The same behind the origin, where distances are negative, and ahead of it. A face at the origin is on both sides.
+    pub fn nearest_each_way(
+        &self,
+        line: &Line,
+        reach: f64,
+        counts: impl Fn(u32) -> bool,
+    ) -> [Option<Crossing>; 2] {
         if !usable(&line.origin) || !usable(&Point3::from(line.direction)) {
-            return None;
+            return [None; 2];
         }
-        nearest(self.tree(), line, reach, Side::Ahead, counts)
+        search(self.tree(), line, Found::new(reach, true), counts)
     }
 }
 
-fn nearest(
-    tree: &Tree,
-    line: &Line,
-    mut reach: f64,
-    side: Side,
-    counts: impl Fn(u32) -> bool,
-) -> Option<Crossing> {
-    let inverse = line.direction.map(|d| 1.0 / d);
-    let mut best: Option<Crossing> = None;
+impl Crossing {
+    /// The nearest comes first, and of equally near ones that of the smallest index.
+    fn rank(&self) -> (f64, u32) {
+        (self.distance.abs(), self.face)
+    }
+}
+
+/// What was found so far behind the origin, and ahead of it.
+struct Found {
+    best: [Option<Crossing>; 2],
+    /// How far to look on both sides.
+    reach: [f64; 2],
+    /// Whether each side has a nearest of its own.
+    apart: bool,
+}
+
+impl Found {
+    fn new(reach: f64, apart: bool) -> Self {
+        Self { best: [None; 2], reach: [reach; 2], apart }
+    }
+
+    /// Nothing further away is looked for on any side.
+    fn furthest(&self) -> f64 {
+        self.reach[0].max(self.reach[1])
+    }
+
+    fn try_face(&mut self, crossing: Crossing, counts: impl Fn(u32) -> bool) {
+        let (distance, face) = crossing.rank();
+        for (side, is_there) in [crossing.distance <= 0.0, crossing.distance >= 0.0].into_iter().enumerate() {
+            let nearer = self.best[side].is_none_or(|best| crossing.rank() < best.rank());
+            if is_there && distance <= self.reach[side] && nearer && counts(face) {
+                self.best[side] = Some(crossing);
+                self.reach[side] = distance;
+                self.reach[1 - side] = if self.apart { self.reach[1 - side] } else { distance };
+            }
+        }
+    }
+}
+
+fn search(tree: &Tree, line: &Line, mut found: Found, counts: impl Fn(u32) -> bool) -> [Option<Crossing>; 2] {
+    let ray = Ray::new(tree, line);
     // Nodes that wait, the nearest last, with how near the line may meet something in them.
     let mut stack = [(0u32, 0.0_f64); STACK];
     let mut waiting = usize::from(!tree.nodes.is_empty());
     while waiting > 0 {
         waiting -= 1;
         let (number, near) = stack[waiting];
-        if near > reach {
+        if near > found.furthest() {
             continue;
         }
         let node = &tree.nodes[number as usize];
         let from = waiting;
-        for (child, near) in (node.first..).zip(entered(node, line, &inverse, reach, side)) {
-            if near > reach || near == f64::INFINITY {
+        for (child, near) in (node.first..).zip(ray.entered(node, found.reach)) {
+            if near > found.furthest() || near == f64::INFINITY {
                 continue;
             }
             if !node.leaf {
@@ -102,58 +140,63 @@ fn nearest(
                 waiting += 1;
                 continue;
             }
-            let face = tree.faces[child as usize];
-            let Some(distance) = meets(line, &tree.triangles[child as usize]) else { continue };
-            let nearer = best.is_none_or(|b| (distance.abs(), face) < (b.distance.abs(), b.face));
-            if distance.abs() <= reach && nearer && side.has(distance) && counts(face) {
-                best = Some(Crossing { distance, face });
-                reach = distance.abs();
+            if let Some(distance) = meets(line, &tree.triangles[child as usize]) {
+                found.try_face(Crossing { distance, face: tree.faces[child as usize] }, &counts);
             }
         }
     }
-    best
+    found.best
 }
 
-/// Where on a line to look.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Side {
-    Both,
-    Ahead,
+/// A line as boxes see it.
+struct Ray {
+    inverse: Vector3<f64>,
+    /// From where the low and the high sides of boxes are seen.
+    origins: [Point3<f64>; 2],
 }
 
-impl Side {
-    fn has(self, distance: f64) -> bool {
-        self == Self::Both || distance >= 0.0
+impl Ray {
+    fn new(tree: &Tree, line: &Line) -> Self {
+        /// Sides that a line runs along are so many sizes of the tree further out, so that no face is missed by rounding.
+        const MARGIN: f64 = 1e-9;
+        let sides = tree.nodes.first().map(Node::around).unwrap_or_default();
+        let size = sides.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
+        let margin = line.direction.map(|d| if d == 0.0 { MARGIN * size } else { 0.0 });
+        let inverse = line.direction.map(|d| 1.0 / d);
+        Self { inverse, origins: [line.origin + margin, line.origin - margin] }
     }
-}
 
-/// How near to its origin the line enters each child's box; infinite where it does not within `reach`.
-#[inline]
-fn entered(node: &Node, line: &Line, inverse: &Vector3<f64>, reach: f64, side: Side) -> [f64; WIDTH] {
-    /// A box is left a little later than rounding says.
-    const SLACK: f64 = 1e-13;
-    let back = if side == Side::Both { -reach } else { 0.0 };
-    let (mut enter, mut leave) = ([back; WIDTH], [reach; WIDTH]);
-    for axis in 0..3 {
-        let (origin, inverse) = (line.origin[axis], inverse[axis]);
-        let [low, high] = [&node.low[axis], &node.high[axis]];
-        let [near, far] = if inverse.is_sign_positive() { [low, high] } else { [high, low] };
+    /// How near to its origin the line enters each child's box; infinite where it does not within `reach` on both sides.
+    #[inline]
+    fn entered(&self, node: &Node, [behind, ahead]: [f64; 2]) -> [f64; WIDTH] {
+        /// A box is left a little later than rounding says.
+        const SLACK: f64 = 1e-13;
+        let (mut enter, mut leave) = ([-behind; WIDTH], [ahead; WIDTH]);
+        for axis in 0..3 {
+            let inverse = self.inverse[axis];
+            let low = (&node.low[axis], self.origins[0][axis]);
+            let high = (&node.high[axis], self.origins[1][axis]);
+            let [near, far] = if inverse.is_sign_positive() { [low, high] } else { [high, low] };
+            for child in 0..WIDTH {
+                let ((near, start), (far, end)) = (near, far);
+                let (near, far) = ((near[child] - start) * inverse, (far[child] - end) * inverse);
+                // A comparison with NaN is false: a line within a side is limited by the others.
+                enter[child] = if near > enter[child] { near } else { enter[child] };
+                leave[child] = if far < leave[child] { far } else { leave[child] };
+            }
+        }
+        let mut nearest = [f64::INFINITY; WIDTH];
         for child in 0..WIDTH {
-            let (near, far) = ((near[child] - origin) * inverse, (far[child] - origin) * inverse);
-            // A comparison with NaN is false: a line within a side is limited by the others.
-            enter[child] = if near > enter[child] { near } else { enter[child] };
-            leave[child] = if far < leave[child] { far } else { leave[child] };
+            let slack = SLACK * (enter[child].abs() + leave[child].abs());
+            // What a line beside a box never enters is infinitely far, and so would be the slack.
+            let enters = enter[child] < f64::INFINITY && enter[child] <= leave[child] + slack;
+            if enters && node.low[0][child] <= node.high[0][child] {
+                // Ahead, behind, or around the origin.
+                nearest[child] = (enter[child].max(-leave[child]) - slack).max(0.0);
+            }
         }
+        nearest
     }
-    let mut nearest = [f64::INFINITY; WIDTH];
-    for child in 0..WIDTH {
-        let slack = SLACK * (enter[child].abs() + leave[child].abs());
-        if enter[child] <= leave[child] + slack && node.low[0][child] <= node.high[0][child] {
-            // Ahead, behind, or around the origin.
-            nearest[child] = (enter[child].max(-leave[child]) - slack).max(0.0);
-        }
-    }
-    nearest
 }
 
 /// How far along the line the triangle is met.
@@ -178,11 +221,17 @@ mod tests {
         [-1.0..1.0, -1.0..1.0, -1.0..1.0].prop_map(|[x, y, z]: [f64; 3]| Vector3::new(x, y, z))
     }
 
+    /// Any direction, and such along planes of the axes.
+    fn direction() -> impl Strategy<Value = Vector3<f64>> {
+        (vector(), prop::array::uniform3(prop_oneof![4 => Just(1.0), 1 => Just(0.0), 1 => Just(-0.0)]))
+            .prop_map(|(d, factors)| d.component_mul(&Vector3::from(factors)))
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(128))]
 
         #[test]
-        fn the_nearest_of_all_faces(origin in vector(), direction in vector(), reach in 0.1..3.0f64, odd in 0u32..3) {
+        fn the_nearest_of_all_faces(origin in vector(), direction in direction(), reach in 0.1..3.0f64, odd in 0u32..3) {
             let soup = shapes::bumpy_sphere(200);
             let surface = Surface::new(&soup.points, &soup.triangles);
             let line = Line { origin: Point3::from(origin), direction };
@@ -191,17 +240,43 @@ mod tests {
                 let distance = meets(&line, &t.map(|v| soup.points[v as usize]))?;
                 (distance.abs() <= reach).then_some(Crossing { distance, face })
             });
-            let expected = all.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()).then(a.face.cmp(&b.face)));
-            prop_assert_eq!(surface.nearest_on_line(&line, reach, counts), expected);
+            let all: Vec<Crossing> = all.collect();
+            let least = |is_there: fn(&&Crossing) -> bool| {
+                all.iter().filter(is_there).copied().reduce(|a, b| if b.rank() < a.rank() { b } else { a })
+            };
+            prop_assert_eq!(surface.nearest_on_line(&line, reach, counts), least(|_| true));
+            let each_way = [least(|c| c.distance <= 0.0), least(|c| c.distance >= 0.0)];
+            prop_assert_eq!(surface.nearest_each_way(&line, reach, counts), each_way);
         }
 
         #[test]
-        fn nothing_slips_out_of_a_closed_surface(direction in vector()) {
+        fn nothing_slips_out_of_a_closed_surface(direction in direction()) {
             prop_assume!(direction.norm() > 0.1);
             let soup = shapes::cube();
             let surface = Surface::new(&soup.points, &soup.triangles);
             let line = Line { origin: Point3::origin(), direction };
             prop_assert!(surface.nearest_on_line(&line, f64::INFINITY, |_| true).is_some());
+        }
+    }
+
+    #[test]
+    fn a_line_beside_a_box_does_not_enter_it() {
+        let soup = shapes::cube();
+        let tree = Surface::new(&soup.points, &soup.triangles);
+        let tree = tree.tree();
+        let half = soup.points[0].x.abs();
+        let enters = |x: f64, along: Vector3<f64>| {
+            let line = Line { origin: Point3::new(x, 0.1 * half, 0.2 * half), direction: along };
+            let entered = Ray::new(tree, &line).entered(&tree.nodes[0], [f64::INFINITY; 2]);
+            entered.iter().any(|near| *near < f64::INFINITY)
+        };
+        for along in
+            [Vector3::y(), -Vector3::y(), Vector3::new(-0.0, 1.0, -0.0), Vector3::new(-0.0, -1.0, 0.3)]
+        {
+            assert!(!enters(1.01 * half, along) && !enters(-1.01 * half, along), "{along}");
+            assert!(enters(half, along) && enters(0.3 * half, along), "{along}");
+            // A face may be missed by rounding.
+            assert!(enters(half * (1.0 + 1e-12), along), "{along}");
         }
     }
 

@@ -39,7 +39,7 @@ impl Tree {
 }
 
 /// Lowest and highest coordinate by axis; `(∞, -∞)` when empty.
-type Sides = [(f64, f64); 3];
+pub(crate) type Sides = [(f64, f64); 3];
 
 impl Node {
     fn set(&mut self, child: usize, sides: Sides) {
@@ -49,7 +49,7 @@ impl Node {
     }
 
     /// The box around all children.
-    fn around(&self) -> Sides {
+    pub(crate) fn around(&self) -> Sides {
         [0, 1, 2].map(|axis| {
             let low = self.low[axis].iter().copied().fold(f64::INFINITY, f64::min);
             let high = self.high[axis].iter().copied().fold(f64::NEG_INFINITY, f64::max);

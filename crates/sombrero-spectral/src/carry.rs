@@ -15,7 +15,9 @@
 //! surface beside them, and has its part along the normals replaced by the regions' offsets: planes stay planes.
 
 use crate::Field;
+use crate::lists::{Lists, Piece};
 use crate::planes::Planes;
+use crate::together::Here;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_mesh::{Mesh, VertexId};
@@ -28,13 +30,16 @@ pub(crate) struct Shifts {
     pub(crate) offsets: Vec<(u32, f64)>,
 }
 
-/// What each field does at one vertex: (field, displacement), in order of fields.
-pub(crate) type Here = Vec<(u32, Vector3<f64>)>;
-
 /// Displacements below this share of a field's largest count as none.
 const NOTHING: f64 = 1e-4;
 /// Growth of the number of vertices after which they are smoothed.
 const GROWTH: f64 = 4.0;
+
+/// Vertices that one task takes.
+const CHUNK: usize = 1024;
+
+/// Vertices whose lists are made before they are put behind the others: no more memory is needed for both.
+const AT_ONCE: usize = 64 * CHUNK;
 
 /// The fields at each vertex of the full mesh. `progressive` is at the level whose vertices, by the full mesh's index, the
 /// fields move; it is left at the full mesh.
@@ -44,27 +49,71 @@ pub(crate) fn carry(
     triangles: &[[u32; 3]],
     planes: &Planes,
     fields: &[Shifts],
-) -> Vec<Here> {
-    let mut at: Vec<Here> = vec![Vec::new(); points.len()];
-    for (i, field) in (0_u32..).zip(fields) {
-        field.moves.iter().for_each(|(v, d)| at[*v as usize].push((i, *d)));
-    }
+) -> Lists {
+    let mut lists = Lists::of_fields(points.len(), fields.iter().map(|field| &field.moves));
     let rules = Rules::new(points, triangles, planes, fields);
-    let mut scratch = Scratch::new(fields.len());
-    let mut smoothed = progressive.mesh().vertex_count() as f64;
-    while let Some(split) = progressive.refine() {
-        let v = split.vertex.to_u32();
-        let ring = Ring::of(progressive.mesh(), split.vertex);
-        at[v as usize] = rules.mean(&at, v, &ring, 0.0, &mut scratch);
-        if progressive.mesh().vertex_count() as f64 >= GROWTH * smoothed {
-            smoothed = progressive.mesh().vertex_count() as f64;
-            at = rules.smoothed(progressive, &at);
+    let rank = nested(progressive, points.len());
+    loop {
+        let most = GROWTH * progressive.mesh().vertex_count() as f64;
+        let mut splits = splits(progressive, most, points.len());
+        if splits.is_empty() {
+            return lists;
         }
+        splits.sort_unstable_by_key(|split| (split.depth, rank[split.vertex as usize]));
+        let together = splits.chunk_by(|a, b| a.depth == b.depth);
+        for splits in together.flat_map(|splits| splits.chunks(AT_ONCE)) {
+            let mean = |split: &Split, scratch: &mut Scratch| {
+                (split.vertex, rules.mean(&lists, split.vertex, &split.ring, 0.0, scratch))
+            };
+            let pieces = rules.pieces(splits, mean);
+            pieces.iter().for_each(|piece| lists.add(piece));
+        }
+        lists = rules.smoothed(progressive, &lists, &rank);
     }
-    if (progressive.mesh().vertex_count() as f64) > smoothed {
-        at = rules.smoothed(progressive, &at);
+}
+
+/// A vertex that a split introduces, and its neighbours then.
+struct Split {
+    vertex: u32,
+    ring: Ring,
+    /// More than that of any neighbour that was introduced along with it; those of equal depth do not depend on each other.
+    depth: u32,
+}
+
+/// The next splits, until there are `most` vertices.
+fn splits(progressive: &mut ProgressiveMesh, most: f64, vertices: usize) -> Vec<Split> {
+    let mut depths = vec![0; vertices];
+    let mut splits = Vec::new();
+    while (progressive.mesh().vertex_count() as f64) < most
+        && let Some(split) = progressive.refine()
+    {
+        let ring = Ring::of(progressive.mesh(), split.vertex);
+        let depth = 1 + ring.vertices.iter().map(|w| depths[*w as usize]).max().unwrap_or(0);
+        depths[split.vertex.index()] = depth;
+        splits.push(Split { vertex: split.vertex.to_u32(), ring, depth });
     }
-    at
+    splits
+}
+
+/// Ranks of vertices in an order in which what a vertex is split into follows it: what is near in space is near in memory, for
+/// which large meshes wait otherwise.
+fn nested(progressive: &ProgressiveMesh, vertices: usize) -> Vec<u32> {
+    let splits = || (0..progressive.split_count()).map_while(|i| progressive.split(i));
+    let mut sizes = vec![1_u32; vertices];
+    let all: Vec<[usize; 2]> = splits().map(|split| [split.vertex.index(), split.parent.index()]).collect();
+    all.iter().rev().for_each(|&[vertex, parent]| sizes[parent] += sizes[vertex]);
+    let mut ranks = vec![0; vertices];
+    let mut next = vec![0; vertices];
+    let mut first = 0;
+    for base in progressive.base_vertices() {
+        (ranks[base.index()], next[base.index()]) = (first, first + 1);
+        first += sizes[base.index()];
+    }
+    for [vertex, parent] in all {
+        (ranks[vertex], next[vertex]) = (next[parent], next[parent] + 1);
+        next[parent] += sizes[vertex];
+    }
+    ranks
 }
 
 /// Sums of displacements by field.
@@ -90,7 +139,7 @@ impl Scratch {
         }
     }
 
-    fn take(&mut self) -> Here {
+    fn take(&mut self) -> Vec<(u32, Vector3<f64>)> {
         self.touched.sort_unstable();
         let taken = self.touched.iter().map(|&i| (i, self.sums[i as usize])).collect();
         self.touched.drain(..).for_each(|i| self.seen[i as usize] = false);
@@ -177,7 +226,14 @@ impl<'a> Rules<'a> {
     }
 
     /// The mean of what is at the neighbours, with a weight for what is at `v` itself.
-    fn mean(&self, at: &[Here], v: u32, ring: &Ring, own: f64, scratch: &mut Scratch) -> Here {
+    fn mean(
+        &self,
+        lists: &Lists,
+        v: u32,
+        ring: &Ring,
+        own: f64,
+        scratch: &mut Scratch,
+    ) -> Vec<(u32, Vector3<f64>)> {
         let regions = self.planes.regions(v);
         let along = |w: &u32| regions.iter().all(|r| self.planes.regions(*w).contains(r));
         let alike: Vec<u32> = ring.vertices.iter().copied().filter(along).collect();
@@ -196,17 +252,17 @@ impl<'a> Rules<'a> {
         let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
         if total > 0.0 {
             for (w, weight) in weights {
-                scratch.add(&at[w as usize], (1.0 - own) * weight / total);
+                scratch.add(lists.at(w), (1.0 - own) * weight / total);
             }
         }
         if own > 0.0 {
-            scratch.add(&at[v as usize], own);
+            scratch.add(lists.at(v), own);
         }
         self.kept(v, scratch.take())
     }
 
     /// On the planes, and without what counts as nothing.
-    fn kept(&self, v: u32, mut here: Here) -> Here {
+    fn kept(&self, v: u32, mut here: Vec<(u32, Vector3<f64>)>) -> Vec<(u32, Vector3<f64>)> {
         if !self.planes.regions(v).is_empty() {
             let tangents = self.planes.tangents(v);
             here.iter_mut().for_each(|(_, d)| *d = tangents.iter().map(|t| t * t.dot(d)).sum());
@@ -224,20 +280,40 @@ impl<'a> Rules<'a> {
     }
 
     /// Every vertex of the present level half way towards the mean around it.
-    fn smoothed(&self, progressive: &ProgressiveMesh, at: &[Here]) -> Vec<Here> {
+    fn smoothed(&self, progressive: &ProgressiveMesh, lists: &Lists, rank: &[u32]) -> Lists {
         let mesh = progressive.mesh();
-        let fields = self.nothing.len();
-        let step = |scratch: &mut Scratch, v: usize| {
-            let vertex = VertexId::new(v);
-            if mesh.is_removed(vertex) {
-                return Vec::new();
+        let mut vertices: Vec<VertexId> = mesh.vertices().collect();
+        vertices.sort_unstable_by_key(|v| rank[v.index()]);
+        let step = |vertex: &VertexId, scratch: &mut Scratch| {
+            let v = vertex.to_u32();
+            if self.thin[v as usize] {
+                return (v, lists.at(v).to_vec());
             }
-            if self.thin[v] {
-                return at[v].clone();
-            }
-            self.mean(at, v as u32, &Ring::of(mesh, vertex), 0.5, scratch)
+            (v, self.mean(lists, v, &Ring::of(mesh, *vertex), 0.5, scratch))
         };
-        (0..at.len()).into_par_iter().map_init(|| Scratch::new(fields), step).collect()
+        let mut smoothed = Lists::new(rank.len(), lists.len());
+        for vertices in vertices.chunks(AT_ONCE) {
+            self.pieces(vertices, step).iter().for_each(|piece| smoothed.add(piece));
+        }
+        smoothed
+    }
+
+    /// The vertices and lists that `make` makes of all.
+    fn pieces<T: Sync>(
+        &self,
+        all: &[T],
+        make: impl Fn(&T, &mut Scratch) -> (u32, Vec<(u32, Vector3<f64>)>) + Sync,
+    ) -> Vec<Piece> {
+        let piece = |chunk: &[T]| {
+            let mut scratch = Scratch::new(self.nothing.len());
+            let mut piece = Piece { all: Vec::new(), lengths: Vec::with_capacity(chunk.len()) };
+            for (vertex, list) in chunk.iter().map(|one| make(one, &mut scratch)) {
+                piece.lengths.push((vertex, list.len()));
+                piece.all.extend(list);
+            }
+            piece
+        };
+        all.par_chunks(CHUNK).map(piece).collect()
     }
 }
 
@@ -279,6 +355,24 @@ mod tests {
         let rim = Ring { vertices: vec![1, 2, 0], closed: false };
         let weights = rim.mean_values(&Point3::new(1.0, 0.0, 0.0), &points);
         assert!(weights.iter().all(|(_, weight)| weight.is_finite() && *weight >= 0.0), "{weights:?}");
+    }
+
+    /// Each vertex has a rank of its own, and what it is split into, and what that is, follows it without a gap.
+    #[test]
+    fn what_a_vertex_is_split_into_follows_it() {
+        let made = sombrero_mesh::repair(&sombrero_shapes::bumpy_sphere(400));
+        let progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+        let ranks = nested(&progressive, made.points.len());
+        let mut sorted = ranks.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, (0..made.points.len() as u32).collect::<Vec<_>>());
+        let (mut counts, mut lasts) = (vec![1; ranks.len()], ranks.clone());
+        for split in (0..progressive.split_count()).rev().filter_map(|i| progressive.split(i)) {
+            let [vertex, parent] = [split.vertex.index(), split.parent.index()];
+            counts[parent] += counts[vertex];
+            lasts[parent] = lasts[parent].max(lasts[vertex]);
+        }
+        assert!((0..ranks.len()).all(|v| lasts[v] - ranks[v] + 1 == counts[v]));
     }
 
     #[test]

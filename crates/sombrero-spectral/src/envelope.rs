@@ -3,6 +3,8 @@
 //!
 //! Sums run in an order that is written down here, eight at a time: the same bits on every machine.
 
+use rayon::prelude::*;
+
 /// The lower triangle of a symmetric matrix.
 #[derive(Debug, Clone)]
 pub(crate) struct Envelope {
@@ -70,10 +72,17 @@ pub(crate) struct Factor(Envelope);
 impl Factor {
     /// x := L⁻¹ x.
     pub(crate) fn solve_lower(&self, x: &mut [f64]) {
+        self.solve_lower_from(0, x);
+    }
+
+    /// The same for an x that is zero before `start`.
+    fn solve_lower_from(&self, start: usize, x: &mut [f64]) {
         let l = &self.0;
-        for i in 0..l.len() {
-            let row = l.row(i);
-            let sum = dot(&row[..row.len() - 1], &x[l.first[i]..i]);
+        for i in start..l.len() {
+            let (row, first) = (l.row(i), l.first[i]);
+            // Eight sums at a time: eight zeros change none of them.
+            let zeros = start.saturating_sub(first) / 8 * 8;
+            let sum = dot(&row[zeros..row.len() - 1], &x[first + zeros..i]);
             x[i] = (x[i] - sum) / row[row.len() - 1];
         }
     }
@@ -97,10 +106,10 @@ impl Factor {
         let column = |i: usize| {
             let mut x = vec![0.0; n];
             x[i] = 1.0;
-            self.solve_lower(&mut x);
+            self.solve_lower_from(i, &mut x);
             dot(&x[i..], &x[i..])
         };
-        (0..n).map(column).collect()
+        (0..n).into_par_iter().map(column).collect()
     }
 }
 
@@ -145,6 +154,14 @@ mod tests {
         let expected = dense.cholesky().unwrap().solve(&DVector::from_vec(x));
         for (a, b) in solved.iter().zip(expected.iter()) {
             assert!((a - b).abs() < 1e-12);
+        }
+        // What is zero at first may be passed over, to the bit.
+        for start in 0..n {
+            let mut all: Vec<f64> = (0..n).map(|i| if i < start { 0.0 } else { (i as f64).cos() }).collect();
+            let mut rest = all.clone();
+            factor.solve_lower(&mut all);
+            factor.solve_lower_from(start, &mut rest);
+            assert_eq!(all, rest, "{start}");
         }
     }
 }

@@ -83,8 +83,8 @@ impl Evidence {
 fn weights(surface: &Surface) -> Vec<Matrix3<f64>> {
     let mut weights = vec![Matrix3::zeros(); surface.points.len()];
     for (f, corners) in surface.triangles.iter().enumerate() {
-        let n = surface.normals[f];
-        let outer = n * n.transpose() * (surface.areas[f] / 3.0);
+        let n = surface.facets.normals[f];
+        let outer = n * n.transpose() * (surface.facets.areas[f] / 3.0);
         corners.iter().for_each(|&v| weights[v as usize] += outer);
     }
     weights

@@ -9,11 +9,13 @@ use crate::amplitudes::{self, Costs};
 use crate::candidates::candidates;
 use crate::carry::{Shifts, carry};
 use crate::evidence::Evidence;
+use crate::lists::Lists;
 use crate::planes::{Planes, is_machined};
 use crate::settle::settled;
 use crate::sight::Sight;
 use crate::surface::Surface;
-use crate::turning::{expected, turned, unevenness};
+use crate::together::Here;
+use crate::turning::{Strewn, turned, unevenness};
 use crate::walls::Keeping;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -140,22 +142,22 @@ impl Fields {
         let chosen: Vec<Shifts> = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
         progress.advance(1);
 
-        let mut at = carry(progressive, points, &full.triangles, &planes, &chosen);
+        let mut lists = carry(progressive, points, &full.triangles, &planes, &chosen);
         if names.len() < points.len() && is_machined(&full, planes.of_face()) {
             let mut stays = vec![false; points.len()];
             names.iter().for_each(|&v| stays[v as usize] = true);
             let keeping = Keeping::new(&full, options.turn, options.reach);
-            at = settled(&full, &planes, &keeping, &stays, at);
+            let fields = columns(&lists.all(), chosen.len(), 1.0);
+            lists = Lists::of_fields(points.len(), &settled(&full, &planes, &keeping, &stays, fields));
         }
-        let sight = Sight::on(&full, &at, &expected(&full, &at), planes.of_face());
+        let at = lists.all();
+        let fields = Strewn { at: &at, factor: |_, _| 1.0 };
+        let sight = Sight::on(&full, &fields, &fields.turned(&full), planes.of_face());
         if !(sight.normals_rms > 0.0 && sight.normals_rms.is_finite()) {
             return Err(FieldsError::None);
         }
         let scale = sight.room().min(options.reach / options.turn / sight.moved_rms);
-        let mut columns: Vec<Field> = vec![Vec::new(); chosen.len()];
-        for (v, here) in (0..).zip(&at) {
-            here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));
-        }
+        let columns = columns(&at, chosen.len(), scale);
         progress.advance(1);
         // Coordinates close to the limits of numbers have fields beyond them.
         if !columns.iter().flatten().all(|(_, d)| d.iter().all(|x| x.is_finite())) {
@@ -172,6 +174,17 @@ impl Fields {
     }
 }
 
+/// Fields by themselves, of what each does at each vertex, which is scaled.
+fn columns(at: &[&Here], fields: usize, scale: f64) -> Vec<Field> {
+    let mut lengths = vec![0; fields];
+    at.iter().copied().flatten().for_each(|(i, _)| lengths[*i as usize] += 1);
+    let mut columns: Vec<Field> = lengths.into_iter().map(Vec::with_capacity).collect();
+    for (v, here) in (0..).zip(at) {
+        here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));
+    }
+    columns
+}
+
 /// What the strongest so many are above; 0 when there are no more.
 fn strongest(strengths: &[f64], most: usize) -> f64 {
     let mut sorted = strengths.to_vec();
@@ -183,7 +196,8 @@ fn strongest(strengths: &[f64], most: usize) -> f64 {
 fn strengths(level: &Surface, evidence: &Evidence, found: &[Shifts], options: &FieldsOptions) -> Vec<f64> {
     let s = amplitudes::gram(found, evidence, level.points.len());
     let turns: Vec<Vec<(u32, f64)>> = found.par_iter().map(|f| turned(level, &f.moves)).collect();
-    let sum = |turns: &Vec<(u32, f64)>| turns.iter().map(|(f, t)| t * level.areas[*f as usize]).sum::<f64>();
+    let sum =
+        |turns: &Vec<(u32, f64)>| turns.iter().map(|(f, t)| t * level.facets.areas[*f as usize]).sum::<f64>();
     let moved = |f: &Shifts| f.moves.iter().map(|(v, d)| evidence.weigh(*v, d).dot(d)).sum();
     let diagonal = BoundingBox::of(&level.points).map_or(0.0, |b| b.diagonal());
     let mut costs = Costs {

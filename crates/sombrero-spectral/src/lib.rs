@@ -8,6 +8,7 @@ mod evidence;
 mod fields;
 mod jacobi;
 mod lanczos;
+mod lists;
 mod patches;
 mod piece;
 mod planes;
@@ -16,9 +17,11 @@ mod sight;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod together;
 mod turning;
 mod visibility;
 mod walls;
 
 pub use fields::{Field, Fields, FieldsError, FieldsOptions};
 pub use sight::{Onlooker, Sight};
+pub use together::{Here, next_field};

@@ -26,7 +26,7 @@ const MACHINED: f64 = 0.25;
 
 /// Whether a surface is that of a machined part, given the planar region of each face.
 pub(crate) fn is_machined(surface: &Surface, regions: &[Option<u32>]) -> bool {
-    let planar = surface.areas.iter().zip(regions).filter(|(_, region)| region.is_some());
+    let planar = surface.facets.areas.iter().zip(regions).filter(|(_, region)| region.is_some());
     planar.map(|(area, _)| area).sum::<f64>() >= MACHINED * surface.area
 }
 
@@ -64,8 +64,7 @@ impl Planes {
 
     /// Finds them.
     pub(crate) fn find(surface: &Surface) -> Self {
-        let PlanarRegions { normals, of_face, .. } =
-            PlanarRegions::find(&surface.points, &surface.triangles, surface.side);
+        let PlanarRegions { normals, of_face, .. } = surface.planar(surface.side);
         let (at, junctions, offsets) = (Vec::new(), Vec::new(), Vec::new());
         let mut planes = Self { normals, of_face, at, junctions, offsets, free: 0 };
         let sets = vertex_sets(surface, &planes.of_face);

@@ -11,7 +11,6 @@
 //! with p_v what the planes ask for and T what they leave free.
 
 use crate::Field;
-use crate::carry::Here;
 use crate::planes::Planes;
 use crate::surface::Surface;
 use crate::visibility::{Term, face_terms, hinge_term};
@@ -24,20 +23,15 @@ const ROUNDS: usize = 24;
 /// Against rounding, in K_vv.
 const RIDGE: f64 = 1e-9;
 
-/// The fields at every vertex, settled. `stays` says which vertices do.
+/// The fields, settled. `stays` says which vertices do.
 pub(crate) fn settled(
     surface: &Surface,
     planes: &Planes,
     keeping: &Keeping,
     stays: &[bool],
-    at: Vec<Here>,
-) -> Vec<Here> {
+    mut fields: Vec<Field>,
+) -> Vec<Field> {
     let rows = Stiffness::new(surface, planes, keeping, stays).rows(planes);
-    let count = at.iter().flatten().map(|(i, _)| *i as usize + 1).max().unwrap_or(0);
-    let mut fields: Vec<Field> = vec![Vec::new(); count];
-    for (v, here) in (0..).zip(&at) {
-        here.iter().for_each(|(i, d)| fields[*i as usize].push((v, *d)));
-    }
     let settle = |values: &mut Vec<Vector3<f64>>, field: &mut Field| {
         field.iter().for_each(|(v, d)| values[*v as usize] = *d);
         let moving: Vec<(u32, &Row)> =
@@ -47,12 +41,8 @@ pub(crate) fn settled(
         }
         field.iter_mut().for_each(|(v, d)| *d = std::mem::take(&mut values[*v as usize]));
     };
-    fields.par_iter_mut().for_each_init(|| vec![Vector3::zeros(); at.len()], settle);
-    let mut settled = vec![Vec::new(); at.len()];
-    for (i, field) in (0..).zip(fields) {
-        field.into_iter().for_each(|(v, d)| settled[v as usize].push((i, d)));
-    }
-    settled
+    fields.par_iter_mut().for_each_init(|| vec![Vector3::zeros(); stays.len()], settle);
+    fields
 }
 
 /// What a vertex's displacement follows from.
@@ -152,6 +142,7 @@ impl<'a> Stiffness<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::visibility::value;
     use nalgebra::Point3;
     use sombrero_shapes as shapes;
 
@@ -174,19 +165,18 @@ mod tests {
         let bar = bar(120);
         let planes = Planes::find(&bar);
         let along = |v: usize| Vector3::new(0.01 * (1.0 + 0.3 * bar.points[v].x), 0.0, 0.0);
-        let mut at: Vec<Here> = (0..bar.points.len()).map(|v| vec![(0, along(v))]).collect();
-        let stays: Vec<bool> = (0..at.len()).map(|v| v % 3 != 0).collect();
-        at.iter_mut().zip(&stays).filter(|(_, stays)| !**stays).for_each(|(here, _)| here[0].1 *= 0.7);
-        let bent = |at: &[Here]| {
+        let stays: Vec<bool> = (0..bar.points.len()).map(|v| v % 3 != 0).collect();
+        let late = |v: usize| if stays[v] { 1.0 } else { 0.7 };
+        let before: Field = (0..bar.points.len()).map(|v| (v as u32, along(v) * late(v))).collect();
+        let bent = |field: &Field| {
+            let d: Vec<Vector3<f64>> = field.iter().map(|(_, d)| *d).collect();
             let terms = bar.hinges.iter().filter_map(|hinge| hinge_term(&bar, hinge));
-            let value =
-                |t: Term| (0..4).map(|k| t.gradients[k].dot(&at[t.vertices[k] as usize][0].1)).sum::<f64>();
-            terms.map(value).map(|x| x * x).sum::<f64>()
+            terms.map(|term| value(&term, &d).powi(2)).sum::<f64>()
         };
         let keeping = Keeping::new(&bar, 0.0038, 0.00038);
-        let settled = settled(&bar, &planes, &keeping, &stays, at.clone());
-        assert!(bent(&settled) < 0.01 * bent(&at), "{} of {}", bent(&settled), bent(&at));
-        for (v, (after, before)) in settled.iter().zip(&at).enumerate() {
+        let after = settled(&bar, &planes, &keeping, &stays, vec![before.clone()]).remove(0);
+        assert!(bent(&after) < 0.01 * bent(&before), "{} of {}", bent(&after), bent(&before));
+        for (v, (after, before)) in after.iter().zip(&before).enumerate() {
             assert!(!stays[v] || after == before);
         }
     }
@@ -196,17 +186,13 @@ mod tests {
         let part = shapes::part(3);
         let part = Surface::new(part.points, part.triangles);
         let planes = Planes::find(&part);
-        let at: Vec<Here> = (0..part.points.len() as u32)
-            .map(|v| {
-                let rough = Vector3::new(f64::from(v).sin(), f64::from(7 * v).cos(), 0.3);
-                let free: Vector3<f64> = planes.tangents(v).iter().map(|t| t * t.dot(&rough)).sum();
-                vec![(0, free * 0.01)]
-            })
-            .collect();
-        let stays = vec![false; at.len()];
-        let settled = settled(&part, &planes, &Keeping::new(&part, 0.0038, 0.00038), &stays, at);
-        let moved: Vec<Point3<f64>> =
-            part.points.iter().zip(&settled).map(|(p, here)| p + here[0].1).collect();
+        let rough = |v: u32| Vector3::new(f64::from(v).sin(), f64::from(7 * v).cos(), 0.3);
+        let free = |v: u32| planes.tangents(v).iter().map(|t| t * t.dot(&rough(v)) * 0.01).sum();
+        let field: Field = (0..part.points.len() as u32).map(|v| (v, free(v))).collect();
+        let stays = vec![false; field.len()];
+        let keeping = Keeping::new(&part, 0.0038, 0.00038);
+        let settled = settled(&part, &planes, &keeping, &stays, vec![field]).remove(0);
+        let moved: Vec<Point3<f64>> = part.points.iter().zip(&settled).map(|(p, (_, d))| p + d).collect();
         assert!(planes.bent(&part, &moved) < 1e-12);
     }
 }

@@ -1,9 +1,9 @@
 //! What is seen of fields whose coefficients are standard Gaussian: expectations, to first order, known before there is a mark.
 
-use crate::carry::Here;
 use crate::planes::is_machined;
 use crate::surface::{Hinge, Surface};
-use crate::turning::{expectation, expected};
+use crate::together::Here;
+use crate::turning::Strewn;
 use crate::visibility::bend;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -35,12 +35,17 @@ const FLAT_COSINE: f64 = 0.999_390_827_019_095_8;
 
 impl Sight {
     /// Of fields on a surface, given A |dn|² of each face and the planar region of each.
-    pub(crate) fn on(surface: &Surface, at: &[Here], turned: &[f64], regions: &[Option<u32>]) -> Self {
+    pub(crate) fn on(
+        surface: &Surface,
+        fields: &Strewn<impl AsRef<Here> + Sync, impl Fn(u32, u32) -> f64 + Sync>,
+        turned: &[f64],
+        regions: &[Option<u32>],
+    ) -> Self {
         Self {
             normals_rms: (turned.iter().sum::<f64>() / surface.area).sqrt(),
-            moved_rms: moved(surface, at),
+            moved_rms: moved(surface, fields),
             normals_tail: tail(surface, turned),
-            flat_edges: is_machined(surface, regions).then(|| flat_edges(surface, at)).flatten(),
+            flat_edges: is_machined(surface, regions).then(|| flat_edges(surface, fields)).flatten(),
         }
     }
 
@@ -67,51 +72,74 @@ impl Onlooker {
     /// When a corner is not below the number of points.
     pub fn new(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
         let surface = Surface::new(points.to_vec(), triangles.to_vec());
-        let regions = PlanarRegions::find(points, triangles, surface.side).of_face;
+        let regions = surface.planar(surface.side).of_face;
         Self { surface, regions }
     }
 
-    /// What is seen of fields. `at` has for each point what each field does there, in order of fields. O(n).
+    /// The surface's planar regions, where `side` is the largest side of its bounding box.
+    pub fn planar(&self, side: f64) -> PlanarRegions {
+        self.surface.planar(side)
+    }
+
+    /// What is seen of fields. `at` has for each point what each field does there; `factor` tells for a field and a point what
+    /// that is to be multiplied by. O(n).
     ///
     /// # Panics
     /// When `at` is shorter than the points.
-    pub fn sight(&self, at: &[Vec<(u32, Vector3<f64>)>]) -> Sight {
-        Sight::on(&self.surface, at, &expected(&self.surface, at), &self.regions)
+    pub fn sight<H: AsRef<Here> + Sync>(&self, at: &[H], factor: impl Fn(u32, u32) -> f64 + Sync) -> Sight {
+        let fields = Strewn { at, factor };
+        Sight::on(&self.surface, &fields, &fields.turned(&self.surface), &self.regions)
     }
 }
 
 /// √(Σ_v A_v E(n · d)² / A) in diagonals.
-fn moved(surface: &Surface, at: &[Here]) -> f64 {
+fn moved(
+    surface: &Surface,
+    fields: &Strewn<impl AsRef<Here> + Sync, impl Fn(u32, u32) -> f64 + Sync>,
+) -> f64 {
     let diagonal = BoundingBox::of(&surface.points).map_or(0.0, |b| b.diagonal());
-    let square =
-        |(here, n): (&Here, &Vector3<f64>)| here.iter().map(|(_, d)| d.dot(n) * d.dot(n)).sum::<f64>();
-    let normals = surface.vertex_normals();
-    let squares = at.iter().zip(&normals).map(square);
-    let sum: f64 = squares.zip(surface.vertex_areas()).map(|(square, area)| square * area).sum();
+    let vertices = surface.vertex_normals().into_iter().zip(surface.vertex_areas());
+    let square = |(v, (n, area)): (u32, (Vector3<f64>, f64))| area * fields.squared(v, &n);
+    let sum: f64 = (0..).zip(vertices).map(square).sum();
     (sum / surface.area).sqrt() / diagonal
 }
 
+/// Faces whose exponentials are taken at once.
+const CHUNK: usize = 1 << 16;
+
 /// |dn| of a face, Gaussian in two directions, exceeds q with probability exp(-q² / E|dn|²).
 fn tail(surface: &Surface, turned: &[f64]) -> f64 {
-    let turns = || turned.iter().zip(&surface.areas).filter(|(t, a)| **t > 0.0 && **a > 0.0);
-    let beyond = |q: f64| turns().map(|(t, a)| a * libm::exp(-q * q * a / t)).sum::<f64>() / surface.area;
+    let faces = turned.iter().zip(&surface.facets.areas).filter(|(t, a)| **t > 0.0 && **a > 0.0);
+    let faces: Vec<(f64, f64)> = faces.map(|(t, a)| (*t, *a)).collect();
+    let is_beyond = |q: f64| {
+        let mut sum = 0.0;
+        // As soon as the first faces are too much, all are.
+        faces.chunks(CHUNK).any(|faces| {
+            let parts = faces.par_iter().map(|(t, a)| a * libm::exp(-q * q * a / t));
+            parts.collect::<Vec<f64>>().iter().for_each(|part| sum += part);
+            sum / surface.area > 0.01
+        })
+    };
     const HALVINGS: usize = 30;
-    let most = turns().map(|(t, a)| t / a).fold(0.0, f64::max);
+    let most = faces.iter().map(|(t, a)| t / a).fold(0.0, f64::max);
     let (mut low, mut high) = (0.0, 3.0 * most.sqrt());
     for _ in 0..HALVINGS {
         let middle = (low + high) / 2.0;
-        if beyond(middle) > 0.01 { low = middle } else { high = middle }
+        if is_beyond(middle) { low = middle } else { high = middle }
     }
     high
 }
 
 /// √(Σ l E|dθ|² / Σ l) over the edges that are flat.
-fn flat_edges(surface: &Surface, at: &[Here]) -> Option<f64> {
+fn flat_edges(
+    surface: &Surface,
+    fields: &Strewn<impl AsRef<Here> + Sync, impl Fn(u32, u32) -> f64 + Sync>,
+) -> Option<f64> {
     let bent = |hinge: &Hinge| {
-        let [n, m] = hinge.faces.map(|f| surface.normals[f as usize]);
+        let [n, m] = hinge.faces.map(|f| surface.facets.normals[f as usize]);
         let [a, b] = hinge.ends.map(|v| surface.points[v as usize]);
         let term = bend(surface, hinge, 1.0).filter(|_| n.dot(&m) > FLAT_COSINE)?;
-        Some([(b - a).norm(), (b - a).norm() * expectation([&term], at)])
+        Some([(b - a).norm(), (b - a).norm() * fields.expectation([&term])])
     };
     let terms: Vec<[f64; 2]> = surface.hinges.par_iter().filter_map(bent).collect();
     let (length, squares) =

@@ -1,7 +1,7 @@
 //! A triangle mesh with what the quadratic forms ask of it: normals, areas, and pairs of faces that share an edge.
 
 use nalgebra::{Point3, Vector3};
-use sombrero_mesh::{BoundingBox, Facets, hinges};
+use sombrero_mesh::{BoundingBox, Facets, PlanarRegions, hinges};
 pub(crate) use sombrero_mesh::{Hinge, Rings};
 
 /// Points and triangles, with normals and areas beside the triangles.
@@ -9,10 +9,7 @@ pub(crate) use sombrero_mesh::{Hinge, Rings};
 pub(crate) struct Surface {
     pub(crate) points: Vec<Point3<f64>>,
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Of unit length; zero where there is no area.
-    pub(crate) normals: Vec<Vector3<f64>>,
-    /// Areas of the triangles.
-    pub(crate) areas: Vec<f64>,
+    pub(crate) facets: Facets,
     pub(crate) hinges: Vec<Hinge>,
     /// The largest side of the bounding box.
     pub(crate) side: f64,
@@ -22,11 +19,16 @@ pub(crate) struct Surface {
 
 impl Surface {
     pub(crate) fn new(points: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
-        let Facets { normals, areas, .. } = Facets::new(&points, &triangles);
+        let facets = Facets::new(&points, &triangles);
         let hinges = hinges(points.len(), &triangles);
         let side = BoundingBox::of(&points).map_or(0.0, |b| b.largest_side());
-        let area = areas.iter().sum();
-        Self { points, triangles, normals, areas, hinges, side, area }
+        let area = facets.areas.iter().sum();
+        Self { points, triangles, facets, hinges, side, area }
+    }
+
+    /// Its planar regions; `side` is the length that says what is flat.
+    pub(crate) fn planar(&self, side: f64) -> PlanarRegions {
+        PlanarRegions::of(&self.points, &self.triangles, side, &self.facets, &self.hinges)
     }
 
     pub(crate) fn corners(&self, face: usize) -> [Point3<f64>; 3] {
@@ -36,7 +38,7 @@ impl Surface {
     /// A third of the area of the faces around each vertex.
     pub(crate) fn vertex_areas(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.points.len()];
-        for (corners, area) in self.triangles.iter().zip(&self.areas) {
+        for (corners, area) in self.triangles.iter().zip(&self.facets.areas) {
             corners.iter().for_each(|&v| sums[v as usize] += area / 3.0);
         }
         sums
@@ -45,7 +47,9 @@ impl Surface {
     /// Normals of the vertices, by area; zero where there are none.
     pub(crate) fn vertex_normals(&self) -> Vec<Vector3<f64>> {
         let mut sums = vec![Vector3::zeros(); self.points.len()];
-        for (corners, (n, area)) in self.triangles.iter().zip(self.normals.iter().zip(&self.areas)) {
+        for (corners, (n, area)) in
+            self.triangles.iter().zip(self.facets.normals.iter().zip(&self.facets.areas))
+        {
             corners.iter().for_each(|&v| sums[v as usize] += n * *area);
         }
         sums.iter().map(|n| n.try_normalize(0.0).unwrap_or_default()).collect()

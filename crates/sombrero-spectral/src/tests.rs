@@ -50,8 +50,9 @@ fn normals_turn_by_as_much_as_was_asked_for() {
         let mut moved = points.clone();
         column.iter().for_each(|(v, d)| moved[*v as usize] += d * epsilon);
         let after = surface(&moved);
-        let turned = after.normals.iter().zip(&before.normals).map(|(a, b)| (a - b).norm_squared());
-        sum += turned.zip(&before.areas).map(|(t, a)| t * a).sum::<f64>();
+        let turned =
+            after.facets.normals.iter().zip(&before.facets.normals).map(|(a, b)| (a - b).norm_squared());
+        sum += turned.zip(&before.facets.areas).map(|(t, a)| t * a).sum::<f64>();
     }
     let turn = (sum / before.area).sqrt();
     assert!((turn / epsilon - 1.0).abs() < 0.01, "{turn}");
@@ -65,7 +66,7 @@ fn what_is_seen_of_flat_edges_is_told_and_limited() {
     let surface = |points: &[Point3<f64>]| crate::surface::Surface::new(points.to_vec(), triangles.clone());
     let before = surface(&points);
     let angle = |s: &crate::surface::Surface, hinge: &crate::surface::Hinge| {
-        let [n, m] = hinge.faces.map(|f| s.normals[f as usize]);
+        let [n, m] = hinge.faces.map(|f| s.facets.normals[f as usize]);
         let [a, b] = hinge.ends.map(|v| s.points[v as usize]);
         libm::atan2(n.cross(&m).dot(&(b - a).normalize()), n.dot(&m))
     };
@@ -90,7 +91,7 @@ fn what_is_seen_of_flat_edges_is_told_and_limited() {
             bent += length(hinge) * ((angle(&after, hinge) - angle(&before, hinge)) / epsilon).powi(2);
         }
     }
-    let sight = crate::Onlooker::new(&points, &triangles).sight(&at);
+    let sight = crate::Onlooker::new(&points, &triangles).sight(&at, |_, _| 1.0);
     let expected = sight.flat_edges.unwrap();
     let seen = (bent / total).sqrt();
     assert!((seen / expected - 1.0).abs() < 0.01, "{seen} {expected}");

@@ -1,8 +1,8 @@
 //! How far normals turn: what fields do to each face, to first order.
 
 use crate::Field;
-use crate::carry::Here;
 use crate::surface::Surface;
+use crate::together::{Here, next_field};
 use crate::visibility::{Term, face_terms};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ pub(crate) fn turned(surface: &Surface, field: &Field) -> Vec<(u32, f64)> {
     };
     let of_face = |f: u32| {
         let here = surface.triangles[f as usize].iter().any(|&v| d[v as usize] != Vector3::zeros());
-        let area = surface.areas[f as usize];
+        let area = surface.facets.areas[f as usize];
         let turn = || face_terms(surface, f as usize)[..2].iter().map(square).sum::<f64>() / area;
         (here && area > 0.0).then(|| (f, turn()))
     };
@@ -30,10 +30,10 @@ pub(crate) fn unevenness(surface: &Surface, turns: &[Vec<(u32, f64)>], sums: &[f
     for (turns, p) in turns.iter().zip(p) {
         turns.iter().for_each(|(f, t)| all[*f as usize] += t * p);
     }
-    let mean = all.iter().zip(&surface.areas).map(|(t, a)| t * a).sum::<f64>() / surface.area;
+    let mean = all.iter().zip(&surface.facets.areas).map(|(t, a)| t * a).sum::<f64>() / surface.area;
     let hot: Vec<f64> = all.iter().map(|t| t / mean).collect();
     let of_field = |(turns, sum): (&Vec<(u32, f64)>, &f64)| {
-        let terms = turns.iter().map(|(f, t)| t * surface.areas[*f as usize] * hot[*f as usize]);
+        let terms = turns.iter().map(|(f, t)| t * surface.facets.areas[*f as usize] * hot[*f as usize]);
         if *sum > 0.0 && mean > 0.0 { terms.sum::<f64>() / sum } else { 1.0 }
     };
     turns.iter().zip(sums).map(of_field).collect()
@@ -42,27 +42,43 @@ pub(crate) fn unevenness(surface: &Surface, turns: &[Vec<(u32, f64)>], sums: &[f
 /// Faces that one task takes.
 const CHUNK: usize = 4096;
 
-/// The expectation of A |dn|² of each face when fields have standard Gaussian coefficients. `at` has for each point what each
-/// field does there, in order of fields.
-pub(crate) fn expected(surface: &Surface, at: &[Here]) -> Vec<f64> {
-    let turned = |f: usize| {
-        let [along, across, ..] = face_terms(surface, f);
-        expectation([&along, &across], at)
-    };
-    (0..surface.triangles.len()).into_par_iter().with_min_len(CHUNK).map(turned).collect()
+/// Fields on a surface whose coefficients are standard Gaussian.
+pub(crate) struct Strewn<'a, H, F> {
+    /// For each point what each field does there.
+    pub(crate) at: &'a [H],
+    /// What the displacement of a field at a point is to be multiplied by.
+    pub(crate) factor: F,
 }
 
-/// Σ over fields of the squares of what they do to the terms, which are of the same vertices.
-pub(crate) fn expectation<const N: usize>(terms: [&Term; N], at: &[Here]) -> f64 {
-    let mut sums: Vec<(u32, [f64; N])> = Vec::new();
-    for k in 0..terms[0].count {
-        for (i, d) in &at[terms[0].vertices[k] as usize] {
-            let done = terms.map(|term| term.gradients[k].dot(d));
-            match sums.binary_search_by_key(i, |e| e.0) {
-                Ok(place) => (0..N).for_each(|a| sums[place].1[a] += done[a]),
-                Err(place) => sums.insert(place, (*i, done)),
-            }
-        }
+impl<H: AsRef<Here> + Sync, F: Fn(u32, u32) -> f64 + Sync> Strewn<'_, H, F> {
+    /// The expectation of A |dn|² of each face.
+    pub(crate) fn turned(&self, surface: &Surface) -> Vec<f64> {
+        let of_face = |f: usize| {
+            let [along, across, ..] = face_terms(surface, f);
+            self.expectation([&along, &across])
+        };
+        (0..surface.triangles.len()).into_par_iter().with_min_len(CHUNK).map(of_face).collect()
     }
-    sums.iter().map(|(_, done)| done.iter().map(|x| x * x).sum::<f64>()).sum()
+
+    /// The expectation of (n · d)² at a point.
+    pub(crate) fn squared(&self, point: u32, n: &Vector3<f64>) -> f64 {
+        let here = self.at[point as usize].as_ref().iter();
+        here.map(|(field, d)| (d.dot(n) * (self.factor)(*field, point)).powi(2)).sum()
+    }
+
+    /// Σ over fields of the squares of what they do to the terms, which are of the same vertices.
+    pub(crate) fn expectation<const N: usize>(&self, terms: [&Term; N]) -> f64 {
+        let vertices = &terms[0].vertices[..terms[0].count];
+        let mut rests: [&Here; 4] = [&[]; 4];
+        rests.iter_mut().zip(vertices).for_each(|(rest, v)| *rest = self.at[*v as usize].as_ref());
+        let squares = std::iter::from_fn(|| {
+            let mut done = [0.0; N];
+            next_field(&mut rests, |field, k, d| {
+                let d = d * (self.factor)(field, vertices[k]);
+                (0..N).for_each(|a| done[a] += terms[a].gradients[k].dot(&d));
+            })?;
+            Some(done.iter().map(|x| x * x).sum::<f64>())
+        });
+        squares.sum()
+    }
 }

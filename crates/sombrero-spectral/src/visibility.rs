@@ -51,7 +51,7 @@ pub(crate) fn face_terms(surface: &Surface, face: usize) -> [Term; 5] {
     let Some(frame) = Frame::new(surface, face) else {
         return [Term::of_face(corners, [Vector3::zeros(); 3]); 5];
     };
-    let root = surface.areas[face].sqrt();
+    let root = surface.facets.areas[face].sqrt();
     let Frame { normal, along, across, gradients } = frame;
     let turn = |t: Vector3<f64>| Term::of_face(corners, gradients.map(|g| normal * (g.dot(&t) * root)));
     let strain = |p: Vector3<f64>, q: Vector3<f64>, factor: f64| {
@@ -72,10 +72,10 @@ pub(crate) fn face_terms(surface: &Surface, face: usize) -> [Term; 5] {
 /// The change of the dihedral angle, with its weight.
 pub(crate) fn hinge_term(surface: &Surface, hinge: &Hinge) -> Option<Term> {
     let [first, second] = hinge.faces.map(|f| f as usize);
-    let cosine = surface.normals[first].dot(&surface.normals[second]);
+    let cosine = surface.facets.normals[first].dot(&surface.facets.normals[second]);
     let crease = if cosine < CREASE_COSINE { CREASE } else { 1.0 };
     let [a, b] = hinge.ends.map(|v| surface.points[v as usize]);
-    let areas = surface.areas[first] + surface.areas[second];
+    let areas = surface.facets.areas[first] + surface.facets.areas[second];
     bend(surface, hinge, (3.0 * crease / areas).sqrt() * (b - a).norm() * BENDING * surface.side)
 }
 
@@ -85,7 +85,7 @@ pub(crate) fn bend(surface: &Surface, hinge: &Hinge, weight: f64) -> Option<Term
     let edge = j - i;
     let length = edge.norm();
     let [first, second] = hinge.faces.map(|f| f as usize);
-    let [n, m] = [first, second].map(|f| surface.normals[f]);
+    let [n, m] = [first, second].map(|f| surface.facets.normals[f]);
     if length <= 0.0 || n == Vector3::zeros() || m == Vector3::zeros() {
         return None;
     }
@@ -116,13 +116,13 @@ struct Frame {
 impl Frame {
     /// `None` for a face without area.
     fn new(surface: &Surface, face: usize) -> Option<Self> {
-        let normal = surface.normals[face];
+        let normal = surface.facets.normals[face];
         let [a, b, c] = surface.corners(face);
         let along = (b - a).try_normalize(0.0)?;
         if normal == Vector3::zeros() {
             return None;
         }
-        let twice = 2.0 * surface.areas[face];
+        let twice = 2.0 * surface.facets.areas[face];
         let gradients = [c - b, a - c, b - a].map(|e| normal.cross(&e) / twice);
         Some(Self { normal, along, across: normal.cross(&along), gradients })
     }
@@ -157,14 +157,14 @@ mod tests {
         };
         let (before, after) = (moved(-step), moved(step));
         for f in 0..soup.triangles.len() {
-            let turned = ((after.normals[f] - before.normals[f]) / (2.0 * step)).norm_squared();
+            let turned = ((after.facets.normals[f] - before.facets.normals[f]) / (2.0 * step)).norm_squared();
             let [a, b, ..] = face_terms(&surface, f).map(|t| value(&t, &d));
-            let expected = turned * surface.areas[f];
+            let expected = turned * surface.facets.areas[f];
             assert!((a * a + b * b - expected).abs() < 1e-4 * expected.max(1e-3), "{f}");
         }
         for hinge in &surface.hinges {
             let angle = |s: &Surface| {
-                let [a, b] = hinge.faces.map(|f| s.normals[f as usize]);
+                let [a, b] = hinge.faces.map(|f| s.facets.normals[f as usize]);
                 let edge = s.points[hinge.ends[1] as usize] - s.points[hinge.ends[0] as usize];
                 a.cross(&b).dot(&edge.normalize()).atan2(a.dot(&b))
             };
@@ -172,12 +172,13 @@ mod tests {
             let [first, second] = hinge.faces.map(|f| f as usize);
             let length =
                 (surface.points[hinge.ends[1] as usize] - surface.points[hinge.ends[0] as usize]).norm();
-            let crease = if surface.normals[first].dot(&surface.normals[second]) < CREASE_COSINE {
+            let crease = if surface.facets.normals[first].dot(&surface.facets.normals[second]) < CREASE_COSINE
+            {
                 CREASE
             } else {
                 1.0
             };
-            let weight = (3.0 * crease / (surface.areas[first] + surface.areas[second])).sqrt()
+            let weight = (3.0 * crease / (surface.facets.areas[first] + surface.facets.areas[second])).sqrt()
                 * length
                 * BENDING
                 * surface.side;

@@ -276,7 +276,7 @@ mod tests {
         let points = &detector.model().soup().points;
         let field =
             |i: u32| (i..points.len() as u32).map(|v| (v, points[v as usize].coords * 1e-3)).collect();
-        let basis = Basis::of_fields(points.len(), &(0..16).map(field).collect::<Vec<_>>());
+        let basis = Basis::of_fields(points.len(), (0..16).map(field).collect());
         let original = Document::parse(encode(Format::Obj, detector.model().soup()).unwrap(), None).unwrap();
         let digest = OriginalDigest::of(original.parts());
         let old = detector.key();

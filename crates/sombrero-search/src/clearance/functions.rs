@@ -9,7 +9,7 @@
 //! are u_i = min(1, 1/Σ_p λ_p a_pi), and the prices λ_p follow from λ_p ← λ_p Σ_i a_pi u_i, as those of optimal designs do
 //! (Silvey, Titterington and Torsney 1978).
 
-use super::scaled;
+use super::Limits;
 use super::walls::Walls;
 use sombrero_basis::Basis;
 
@@ -24,12 +24,11 @@ pub(super) fn changes(basis: &Basis, walls: &Walls) -> Option<Vec<Vec<(u32, f64)
     (changes.iter().map(Vec::len).sum::<usize>() <= MOST).then_some(changes)
 }
 
-/// The basis at this gain with each function times its factor.
-pub(super) fn limited(basis: &Basis, changes: &[Vec<(u32, f64)>], pairs: usize, gain: f64) -> Basis {
+/// What functions are multiplied by at this gain.
+pub(super) fn limits(changes: &[Vec<(u32, f64)>], pairs: usize, gain: f64) -> Limits {
     let squared = |(p, share): &(u32, f64)| (*p, gain * gain * share * share);
     let uses: Vec<Vec<(u32, f64)>> = changes.iter().map(|row| row.iter().map(squared).collect()).collect();
-    let factors = factors(&uses, pairs);
-    scaled(basis, |i, _| gain * factors[i].sqrt())
+    Limits::OfFunctions(factors(&uses, pairs).into_iter().map(|factor| gain * factor.sqrt()).collect())
 }
 
 /// u, given for each function its a_pi.

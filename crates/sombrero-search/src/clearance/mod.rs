@@ -20,10 +20,10 @@ mod points;
 mod thin;
 mod walls;
 
-use nalgebra::Vector3;
-use sombrero_basis::Basis;
+use rayon::prelude::*;
+use sombrero_basis::{Basis, Rows};
 use sombrero_coupling::{Assembly, Coupling};
-use sombrero_spectral::Onlooker;
+use sombrero_spectral::{Here, Onlooker};
 use walls::Walls;
 
 /// How much stronger functions are made at most where no wall limits them.
@@ -35,85 +35,109 @@ const ROUNDS: usize = 4;
 /// A gain that would change by less stays.
 const NEAR: f64 = 0.02;
 
-/// The basis of fields with walls and gaps kept at ε; `None` where none of them is in danger.
+/// Points whose functions one task looks up.
+const CHUNK: usize = 4096;
+
+/// The basis of fields with walls and gaps kept at ε.
 pub(crate) fn kept_apart(
+    basis: Basis,
+    assembly: &Assembly<'_>,
+    coupling: &Coupling,
+    side: f64,
+    epsilon: f64,
+) -> Basis {
+    match limits(&basis, assembly, coupling, side, epsilon) {
+        Some(limits) => basis.scaled(|function, point| limits.factor(function, point)),
+        None => basis,
+    }
+}
+
+/// What keeps walls and gaps at ε; `None` where none of them is in danger.
+fn limits(
     basis: &Basis,
     assembly: &Assembly<'_>,
     coupling: &Coupling,
     side: f64,
     epsilon: f64,
-) -> Option<Basis> {
-    let displacements = displacements(basis);
-    let walls = Walls::find(basis, &displacements, assembly, epsilon, GAIN);
+) -> Option<Limits> {
+    let rows = rows(basis);
+    let at: Vec<&Here> = rows.iter().flat_map(Rows::iter).collect();
+    let walls = Walls::find(basis, &at, assembly, epsilon, GAIN);
     if !walls.bind(1.0) {
         return None;
     }
-    let links = points::links(assembly, coupling, &walls.pairs, side);
-    let changes = functions::changes(basis, &walls);
-    let limited = |gain: f64| {
-        let by_point = points::limited(basis, &walls, &links, gain);
-        let Some(changes) = &changes else { return by_point };
-        let by_function = functions::limited(basis, changes, walls.pairs.len(), gain);
-        if left(&by_function, basis) >= left(&by_point, basis) { by_function } else { by_point }
-    };
     let onlooker = Onlooker::new(assembly.points, assembly.triangles);
-    let (mut gain, mut kept) = (1.0, limited(1.0));
+    let links = points::links(assembly, coupling, &walls.pairs, &onlooker.planar(side));
+    let changes = functions::changes(basis, &walls);
+    let squares = squares(basis, |_, _| 1.0);
+    let limits = |gain: f64| {
+        let by_point = points::limits(basis, &walls, &links, gain);
+        let Some(changes) = &changes else { return by_point };
+        let by_function = functions::limits(changes, walls.pairs.len(), gain);
+        let left =
+            |limits: &Limits| left(&self::squares(basis, |i, point| limits.factor(i, point)), &squares);
+        if left(&by_function) >= left(&by_point) { by_function } else { by_point }
+    };
+    let room = |limits: &Limits| {
+        let room = onlooker.sight(&at, |i, point| limits.factor(i as usize, point as usize)).room();
+        if room.is_finite() { room } else { 1.0 }
+    };
+    let (mut gain, mut kept) = (1.0, limits(1.0));
     for _ in 0..ROUNDS {
-        let next = (gain * room(&onlooker, &kept)).min(GAIN);
+        let next = (gain * room(&kept)).min(GAIN);
         if (next / gain - 1.0).abs() < NEAR {
             break;
         }
         gain = next;
-        kept = limited(gain);
+        kept = limits(gain);
     }
     // Where walls let other functions grow than those that were weakened, more may be seen than was reckoned with.
-    let room = room(&onlooker, &kept).min(1.0);
-    if room < 1.0 {
-        kept = scaled(&kept, |_, _| room);
-    }
-    Some(kept)
+    let room = room(&kept).min(1.0);
+    Some(kept.times(room))
 }
 
-/// What each function does at a point, in order of functions.
-type Displacements = Vec<(u32, Vector3<f64>)>;
-
-/// Those of all points.
-fn displacements(basis: &Basis) -> Vec<Displacements> {
-    let mut at = vec![Vec::new(); basis.vertex_count()];
-    for i in 0..basis.functions().len() {
-        crate::coupled::each(basis, i, |row, d| at[row].push((i as u32, d)));
-    }
-    at
+/// What functions are multiplied by.
+enum Limits {
+    /// Each function, wherever it is.
+    OfFunctions(Vec<f64>),
+    /// All functions, at each point.
+    OfPoints(Vec<f64>),
 }
 
-/// How much stronger all may become until as much is seen as may be.
-fn room(onlooker: &Onlooker, basis: &Basis) -> f64 {
-    let room = onlooker.sight(&displacements(basis)).room();
-    if room.is_finite() { room } else { 1.0 }
+impl Limits {
+    fn factor(&self, function: usize, point: usize) -> f64 {
+        match self {
+            Self::OfFunctions(factors) => factors[function],
+            Self::OfPoints(factors) => factors[point],
+        }
+    }
+
+    fn times(mut self, by: f64) -> Self {
+        let (Self::OfFunctions(factors) | Self::OfPoints(factors)) = &mut self;
+        factors.iter_mut().for_each(|factor| *factor *= by);
+        self
+    }
+}
+
+/// What each function does at a point, in order of points, by pieces.
+fn rows(basis: &Basis) -> Vec<Rows> {
+    let points = basis.vertex_count();
+    let pieces = (0..points.div_ceil(CHUNK)).into_par_iter();
+    pieces.map(|i| basis.rows(i * CHUNK..((i + 1) * CHUNK).min(points))).collect()
 }
 
 /// Σ_i log(0.01 + the share of function i's squares that is left).
-fn left(limited: &Basis, basis: &Basis) -> f64 {
-    let squares = |basis: &Basis, i| {
-        let mut sum = 0.0;
-        crate::coupled::each(basis, i, |_, d: Vector3<f64>| sum += d.norm_squared());
-        sum
-    };
-    let share = |i| squares(limited, i) / squares(basis, i).max(f64::MIN_POSITIVE);
-    (0..basis.functions().len()).map(|i| libm::log(0.01 + share(i))).sum()
+fn left(limited: &[f64], whole: &[f64]) -> f64 {
+    let shares = limited.iter().zip(whole).map(|(limited, whole)| limited / whole.max(f64::MIN_POSITIVE));
+    shares.map(|share| libm::log(0.01 + share)).sum()
 }
 
-/// The basis with each vector times a factor, given its function and its point.
-fn scaled(basis: &Basis, factor: impl Fn(usize, usize) -> f64) -> Basis {
-    let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
-    for i in 0..basis.functions().len() {
-        let before = rows.len();
-        crate::coupled::each(basis, i, |row, d| {
-            rows.push(row);
-            values.push(d * factor(i, row));
-        });
-        lengths.push(rows.len() - before);
-    }
-    Basis::from_vectors(basis.vertex_count(), &lengths, rows, values)
-        .expect("the entries are where they were, and finite")
+/// The sum of the squares of each function, whose vectors are multiplied by a factor, given the function and the point.
+fn squares(basis: &Basis, factor: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
+    let of_function = |i: usize| {
+        let mut sum = 0.0;
+        crate::coupled::each(basis, i, |row, d| sum += (d * factor(i, row)).norm_squared());
+        sum
+    };
+    (0..basis.functions().len()).into_par_iter().map(of_function).collect()
 }

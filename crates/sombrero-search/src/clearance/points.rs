@@ -7,7 +7,7 @@
 //! and s changes slowly along the surface: by 0.02 over a way that is as long as the longest displacement, so that the two
 //! places are scaled nearly alike and nothing is bent that anybody sees. A planar region is scaled as a whole.
 
-use super::scaled;
+use super::Limits;
 use super::walls::Walls;
 use sombrero_basis::Basis;
 use sombrero_coupling::{Assembly, Coupling, Facing, Link, spread};
@@ -17,8 +17,8 @@ use sombrero_mesh::{Edges, PlanarRegions};
 /// displacement.
 const SLOPE: f64 = 0.02;
 
-/// The basis at this gain with the functions of each point times its factor, which spreads along `links`.
-pub(super) fn limited(basis: &Basis, walls: &Walls, links: &[Link], gain: f64) -> Basis {
+/// What the functions of each point are multiplied by at this gain; it spreads along `links`.
+pub(super) fn limits(basis: &Basis, walls: &Walls, links: &[Link], gain: f64) -> Limits {
     let mut factor = vec![1.0_f64; basis.vertex_count()];
     for (pair, share) in walls.pairs.iter().zip(&walls.shares) {
         if gain * share > 1.0 {
@@ -28,15 +28,18 @@ pub(super) fn limited(basis: &Basis, walls: &Walls, links: &[Link], gain: f64) -
     }
     let unit = gain * walls.longest / SLOPE;
     let links: Vec<Link> = links.iter().map(|link| Link { length: link.length / unit, ..*link }).collect();
-    let factors = spread(&factor, &links);
-    scaled(basis, |_, point| gain * factors[point])
+    Limits::OfPoints(spread(&factor, &links).into_iter().map(|factor| gain * factor).collect())
 }
 
 /// Along edges and between places that face each other, in model units; without length where all is scaled alike.
-pub(super) fn links(assembly: &Assembly<'_>, coupling: &Coupling, pairs: &[Facing], side: f64) -> Vec<Link> {
+pub(super) fn links(
+    assembly: &Assembly<'_>,
+    coupling: &Coupling,
+    pairs: &[Facing],
+    regions: &PlanarRegions,
+) -> Vec<Link> {
     let Assembly { points, triangles, .. } = *assembly;
     let edges = Edges::new(points.len(), triangles);
-    let regions = PlanarRegions::find(points, triangles, side);
     let mut planar = vec![false; edges.len()];
     for (edge, face) in edges.of_side.iter().zip((0..triangles.len()).flat_map(|face| [face; 3])) {
         planar[*edge as usize] |= regions.of_face[face].is_some();

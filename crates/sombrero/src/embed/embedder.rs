@@ -2,9 +2,9 @@
 
 use super::choice::{Choice, FEW};
 use super::error::EmbedError;
-use super::limit::longest_displacement;
+use super::limit::epsilon_within;
 use super::marked::{DistortionReport, EmbedReport, Marked};
-use super::self_test::{SelfTest, Tested};
+use super::self_test::{self, SelfTest, Tested};
 use crate::info::repair_notes;
 use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisFunction};
@@ -30,8 +30,6 @@ pub struct Embedder<'a> {
     original: &'a Document,
     model: Model,
     basis: Basis,
-    /// What walls and gaps do not limit, where they do.
-    unlimited: Option<Basis>,
     basis_digest: [u8; 32],
     digest: OriginalDigest,
     /// With as many coefficients as the basis has.
@@ -59,6 +57,23 @@ impl<'a> Embedder<'a> {
         parameters: Parameters,
         fewer_if_small: bool,
     ) -> Result<Self, EmbedError> {
+        Self::within(original, parameters, fewer_if_small, None)
+    }
+
+    /// The same with ε lowered so far that a mark moves a vertex by more than `most` model units, before the file rounds it,
+    /// with a probability of 0.001 at most; such a mark is refused by [`mark`](Self::mark). The ε that all copies then have
+    /// ([`parameters`](Self::parameters)) depends on the matrix B alone, never on a watermark, which is bound to it. It is
+    /// never raised.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`EmbedError::Displacement`] when `most` is not above 0, [`EmbedError::TooLittle`] when it
+    /// leaves no usable ε.
+    pub fn within(
+        original: &'a Document,
+        parameters: Parameters,
+        fewer_if_small: bool,
+        most: Option<f64>,
+    ) -> Result<Self, EmbedError> {
         let mut seconds = Stages::default();
         let Parameters { basis: wanted, epsilon, .. } = parameters;
         if !EPSILONS.contains(&epsilon) {
@@ -77,32 +92,41 @@ impl<'a> Embedder<'a> {
         if let Some(triangles) = unjoined(&model) {
             return Err(EmbedError::Unjoined { triangles });
         }
-        let mut progressive = seconds.time("conversion", || model.progressive());
+        // The conversion takes one thread; what else needs the model alone takes another meanwhile.
+        let (mut progressive, coarser) = rayon::join(
+            || seconds.time("conversion", || model.progressive()),
+            || {
+                model.coupling();
+                self_test::coarser(&model)
+            },
+        );
         let choice =
             seconds.time("basis", || Choice::new(&model, &mut progressive, parameters, fewer_if_small))?;
         drop(progressive);
-        let Choice { basis, parameters, expected, note } = choice;
+        let Choice { basis, mut parameters, expected, note } = choice;
         // A preset that was taken for want of the other one is not to be exchanged for it.
         let milder = parameters.basis.function != BasisFunction::Field && note.is_none();
-        let limited =
-            seconds.time("basis", || model.kept_apart(&basis, &parameters.basis, parameters.epsilon));
-        let (basis, unlimited) = match limited {
-            Some(limited) => (limited, Some(basis)),
-            None => (basis, None),
-        };
-        let self_test = seconds.time("test", || SelfTest::new(&model, &basis))?;
+        // A smaller ε asks less of walls and gaps, so that the bound is that of what they do not limit.
+        if let Some(most) = most {
+            parameters.epsilon = epsilon_within(&basis, parameters.epsilon, most)?;
+        }
+        let basis = seconds.time("basis", || model.kept_apart(basis, &parameters.basis, parameters.epsilon));
+        let (self_test, basis_digest) = rayon::join(
+            || seconds.time("test", || SelfTest::new(&model, &basis, coarser)),
+            || basis.digest(),
+        );
+        let self_test = self_test?;
         let digest = seconds.time("insert", || OriginalDigest::of(original.parts()));
         Ok(Self {
             original,
             warnings: warnings(original, &model, note, [expected, basis.functions().len()]),
             model,
-            basis_digest: basis.digest(),
-            unlimited,
+            basis_digest,
             basis,
             digest,
             parameters,
             derivation: Derivation::STANDARD,
-            most: None,
+            most,
             self_test,
             milder: milder.then_some("take --preset faithful"),
             seconds,
@@ -114,42 +138,6 @@ impl<'a> Embedder<'a> {
     #[must_use]
     pub fn with_derivation(self, derivation: Derivation) -> Self {
         Self { derivation, ..self }
-    }
-
-    /// Lowers ε so far that a mark moves a vertex by more than `most` model units, before the file rounds it, with a
-    /// probability of 0.001 at most; such a mark is refused by [`mark`](Self::mark). Gives the ε that all copies now
-    /// have. It depends on the matrix B alone, never on a watermark, which is bound to it. It is never raised.
-    ///
-    /// # Errors
-    /// [`EmbedError::Displacement`] when `most` is not above 0, [`EmbedError::TooLittle`] when it leaves no usable ε.
-    pub fn limit_displacement(&mut self, most: f64) -> Result<f64, EmbedError> {
-        if !(most > 0.0 && most.is_finite()) {
-            return Err(EmbedError::Displacement { most });
-        }
-        // A smaller ε asks less of walls and gaps, so that the bound is that of what they do not limit.
-        let longest = longest_displacement(self.unlimited.as_ref().unwrap_or(&self.basis));
-        if longest > 0.0 {
-            let epsilon = self.parameters.epsilon.min(rounded_down(most / longest));
-            if !EPSILONS.contains(&epsilon) {
-                return Err(EmbedError::TooLittle { most, epsilon });
-            }
-            self.parameters.epsilon = epsilon;
-            self.limit_again()?;
-        }
-        self.most = Some(most);
-        Ok(self.parameters.epsilon)
-    }
-
-    /// The basis for the ε that there is now, where it depends on it.
-    fn limit_again(&mut self) -> Result<(), EmbedError> {
-        if let Some(unlimited) = &self.unlimited {
-            let Parameters { basis: options, epsilon, .. } = &self.parameters;
-            let limited = self.model.kept_apart(unlimited, options, *epsilon);
-            self.basis = limited.unwrap_or_else(|| unlimited.clone());
-            self.basis_digest = self.basis.digest();
-            self.self_test = SelfTest::new(&self.model, &self.basis)?;
-        }
-        Ok(())
     }
 
     /// The parameters that all copies are marked with.
@@ -307,15 +295,6 @@ fn unmarked(model: &Model, moved: &[Point3<f64>]) -> Option<String> {
         1 => Some(format!("UNMARKED: 1 of {count} parts, with {percent:.1} % of the area, carries no mark.")),
         n => Some(format!("UNMARKED: {n} of {count} parts, with {percent:.1} % of the area, carry no mark.")),
     }
-}
-
-/// `x` with two significant digits, so that a key is easy to read.
-fn rounded_down(x: f64) -> f64 {
-    let unit = 10_f64.powi(libm::floor(libm::log10(x)) as i32 - 1);
-    let rounded = (x / unit).floor() * unit;
-    // What a decimal cannot hold exactly may come out above.
-    let shown: f64 = format!("{rounded:.1e}").parse().unwrap_or(x);
-    if shown <= x { shown } else { x }
 }
 
 /// What was mended, and whether the mesh is small.

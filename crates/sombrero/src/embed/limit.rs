@@ -10,7 +10,9 @@
 //! since of all Gaussian quadratic forms of equal mean a single square has the heaviest tail (Székely and Bakirov 2003;
 //! equality where all b_i point the same way). The sum over all vertices bounds the probability that any goes beyond.
 
+use super::error::EmbedError;
 use sombrero_basis::Basis;
+use sombrero_watermark::EPSILONS;
 
 /// The probability that a mark goes beyond the limit.
 const EXCEEDANCE: f64 = 1e-3;
@@ -24,8 +26,30 @@ const MOST: f64 = 12.0;
 /// Each halves the interval; two digits are kept of what comes of it.
 const HALVINGS: usize = 20;
 
+/// `epsilon`, or less where a mark would move a vertex by more than `most` model units.
+pub(super) fn epsilon_within(basis: &Basis, epsilon: f64, most: f64) -> Result<f64, EmbedError> {
+    if !(most > 0.0 && most.is_finite()) {
+        return Err(EmbedError::Displacement { most });
+    }
+    let longest = longest_displacement(basis);
+    if longest <= 0.0 {
+        return Ok(epsilon);
+    }
+    let epsilon = epsilon.min(rounded_down(most / longest));
+    if EPSILONS.contains(&epsilon) { Ok(epsilon) } else { Err(EmbedError::TooLittle { most, epsilon }) }
+}
+
+/// `x` with two significant digits, so that a key is easy to read.
+fn rounded_down(x: f64) -> f64 {
+    let unit = 10_f64.powi(libm::floor(libm::log10(x)) as i32 - 1);
+    let rounded = (x / unit).floor() * unit;
+    // What a decimal cannot hold exactly may come out above.
+    let shown: f64 = format!("{rounded:.1e}").parse().unwrap_or(x);
+    if shown <= x { shown } else { x }
+}
+
 /// The t with Σ_v erfc(t / (σ_v √2)) ≤ 0.001, in model units for ε = 1; 0 when nothing moves.
-pub(super) fn longest_displacement(basis: &Basis) -> f64 {
+fn longest_displacement(basis: &Basis) -> f64 {
     let deviations: Vec<f64> = basis.deviations().into_iter().filter(|s| *s > 0.0).collect();
     let largest = deviations.iter().copied().fold(0.0, f64::max);
     let beyond =

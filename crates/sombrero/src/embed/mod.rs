@@ -37,10 +37,8 @@ use sombrero_watermark::Secret;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Result<Marked, EmbedError> {
-    let mut embedder = Embedder::new(original, options.parameters, options.fewer_if_small)?;
-    if let Some(most) = options.max_displacement {
-        embedder.limit_displacement(most)?;
-    }
+    let EmbedOptions { parameters, fewer_if_small, max_displacement, .. } = *options;
+    let embedder = Embedder::within(original, parameters, fewer_if_small, max_displacement)?;
     let marked = embedder.mark(options.identity.clone(), secret, &options.rewrite)?;
     let mut marked = embedder.measured(marked);
     let mut seconds = embedder.seconds;

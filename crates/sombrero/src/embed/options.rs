@@ -12,7 +12,7 @@ pub struct EmbedOptions {
     /// unseen. Otherwise that is an error. Default: no.
     pub fewer_if_small: bool,
     /// Lower ε so far that no vertex moves by more than this many model units; see
-    /// [`Embedder::limit_displacement`](crate::Embedder::limit_displacement). Default: `None`.
+    /// [`Embedder::within`](crate::Embedder::within). Default: `None`.
     pub max_displacement: Option<f64>,
     /// The texts that tell whose mark it is and which copy.
     pub identity: Identity,

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero_basis::Basis;
-use sombrero_extraction::extract;
+use sombrero_extraction::{extract, extract_each};
 use sombrero_progressive::simplify;
 use sombrero_search::Model;
 use sombrero_spatial::{Surface, sample_ball};
@@ -50,21 +50,26 @@ pub(super) struct Tested {
 }
 
 impl SelfTest {
-    pub(super) fn new(model: &Model, basis: &Basis) -> Result<Self, EmbedError> {
+    /// `coarser` is [`coarser`] of the model.
+    pub(super) fn new(
+        model: &Model,
+        basis: &Basis,
+        coarser: Option<Vec<Option<Vector3<f64>>>>,
+    ) -> Result<Self, EmbedError> {
         let points = &model.soup().points;
         let mut rng = ChaCha8Rng::seed_from_u64(0);
         let noise: Vec<Vector3<f64>> =
             model.part_sides().into_iter().map(|side| sample_ball(&mut rng) * (TEST_NOISE * side)).collect();
-        let read = |moved: &dyn Fn(usize) -> Option<Vector3<f64>>| {
-            let found: Vec<_> = points.iter().enumerate().map(|(i, p)| Some(p + moved(i)?)).collect();
-            Ok::<_, EmbedError>(extract(basis, 1.0, points, &found)?.coefficients)
+        let moved = |by: &dyn Fn(usize) -> Option<Vector3<f64>>| -> Vec<Option<Point3<f64>>> {
+            points.iter().enumerate().map(|(i, p)| Some(p + by(i)?)).collect()
         };
-        let by_noise = read(&|i| Some(noise[i]))?;
-        let halved = match coarser(model) {
-            Some(shift) => Some(read(&|i| Some(shift[i]? + noise[i] * (LIGHT_NOISE / TEST_NOISE)))?),
-            None => None,
-        };
-        Ok(Self { noise: by_noise, halved })
+        let noisy = moved(&|i| Some(noise[i]));
+        let halved = coarser.map(|shift| moved(&|i| Some(shift[i]? + noise[i] * (LIGHT_NOISE / TEST_NOISE))));
+        let suspects: Vec<&[_]> =
+            [Some(&noisy), halved.as_ref()].into_iter().flatten().map(|s| &s[..]).collect();
+        let mut read =
+            extract_each(basis, 1.0, points, &suspects)?.into_iter().map(|found| found.coefficients);
+        Ok(Self { noise: read.next().unwrap_or_default(), halved: read.next() })
     }
 
     /// The test of the stored positions of a copy; `wanted` is the log10 p that `enough` would give.
@@ -107,7 +112,7 @@ impl SelfTest {
 
 /// From each point to the surface that simplification to half of the faces leaves; `None` for a large model, or when nothing
 /// is left.
-fn coarser(model: &Model) -> Option<Vec<Option<Vector3<f64>>>> {
+pub(super) fn coarser(model: &Model) -> Option<Vec<Option<Vector3<f64>>>> {
     let soup = model.soup();
     if soup.triangles.len() > MOST_SIMPLIFIED {
         return None;

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sombrero::io::Document;
 use sombrero::watermark::{Identity, Key, OriginalDigest, Secret};
-use sombrero::{EmbedReport, Embedder};
+use sombrero::{EmbedOptions, EmbedReport, Embedder};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -113,11 +113,9 @@ pub(super) fn run(
             None => own_secret(given, &digest, &job.identity),
         };
         let secrets: Vec<Secret> = jobs.iter().zip(&kept).map(secret).collect::<Result<_, _>>()?;
-        let mut embedder = Embedder::new(&original, order.options.parameters, order.options.fewer_if_small)
+        let EmbedOptions { parameters, fewer_if_small, max_displacement, .. } = order.options;
+        let embedder = Embedder::within(&original, parameters, fewer_if_small, max_displacement)
             .map_err(|e| failed(&e))?;
-        if let Some(most) = order.options.max_displacement {
-            embedder.limit_displacement(most).map_err(|e| failed(&e))?;
-        }
         let total = fates.iter().filter(|fate| fate.is_none()).count();
         let made = AtomicUsize::new(0);
         progress.count(0, total);
