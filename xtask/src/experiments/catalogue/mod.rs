@@ -4,6 +4,7 @@
 mod families;
 mod jitter;
 mod measure;
+mod nearer;
 mod nets;
 mod queries;
 mod show;
@@ -13,6 +14,7 @@ use anyhow::{Context, bail};
 use measure::{Asked, Original, ask, build};
 use queries::Class;
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 use sombrero::io::Document;
 use sombrero_catalogue::{Catalogue, Question, SearchOptions};
 use std::path::{Path, PathBuf};
@@ -132,7 +134,7 @@ fn alone(catalogue: &Catalogue, originals: &[Original], classes: &[Class]) -> an
         let fit: Vec<&Original> = originals.iter().filter(|original| original.suits(class)).collect();
         let mut own = Vec::new();
         for k in 0..3.min(fit.len()) {
-            let suspect = queries::named(class, &fit[k * fit.len() / 3].soup(), k as u64)?;
+            let suspect = class.suspect(&fit[k * fit.len() / 3].soup(), k as u64)?.soup;
             let start = Instant::now();
             let question = Question::of(&suspect.points, &suspect.triangles)?;
             let described = start.elapsed().as_secs_f64();
@@ -163,13 +165,13 @@ fn real(folder: &Path) -> anyhow::Result<Vec<Original>> {
     let mut found = Vec::new();
     for path in paths {
         let Ok(document) = Document::read(&path) else { continue };
-        let soup = document.soup().clone();
-        let sizes: Vec<u64> = soup.points.iter().flat_map(|p| p.iter().map(|x| x.to_bits())).collect();
+        let soup = document.soup();
+        let bits: Vec<u8> = soup.points.iter().flat_map(|p| p.iter().flat_map(|x| x.to_le_bytes())).collect();
         let usable = (100..400_000).contains(&soup.triangles.len())
             && sombrero_catalogue::Portrait::of(&soup.points, &soup.triangles).is_ok();
-        if usable && known.insert(sizes) {
+        if usable && known.insert(Sha256::digest(&bits)) {
             let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-            found.push(Original::real(name.unwrap_or_default(), soup));
+            found.push(Original::real(name.unwrap_or_default(), path));
         }
     }
     Ok(found)

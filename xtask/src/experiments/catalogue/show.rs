@@ -39,9 +39,12 @@ fn markdown(record: &Record) -> String {
         let each = 1e3 * seconds / *entries as f64;
         let _ = write!(text, "Built in {seconds:.0} s, {each:.0} ms an entry, making the shapes included. ");
     }
-    text += "Suspects have any pose and size. *Akin* first: the right one or one of its family. Seconds: one question by itself, \
-             the second of three, all threads.\n\n\
-             | suspect | asked | in the best ten | first | akin first | describe, s | search, s |\n|---|---:|---:|---:|---:|---:|---:|\n";
+    text += "Suspects have any pose and size, each of another original as far as there are enough. *Others*: without those that lie \
+             no farther from the right one than the attack moved it, or than a thousandth of its size; by surfaces, such \
+             models are one. *Akin* first: the right one or one of its family. Seconds: one question by itself, the \
+             second of three, all threads.\n\n\
+             | suspect | asked | in the best ten | of others | first | of others | akin first | describe, s | search, s |\n\
+             |---|---:|---:|---:|---:|---:|---:|---:|---:|\n";
     let mut rows: Vec<(&str, Vec<&Asked>)> = Class::ALL
         .iter()
         .map(|class| {
@@ -56,31 +59,51 @@ fn markdown(record: &Record) -> String {
         });
         let _ = writeln!(
             text,
-            "| {name} | {} | {:.3} | {:.3} | {:.3} | {} | {} |",
+            "| {name} | {} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} | {} | {} |",
             of.len(),
-            share(of, |asked| asked.rank.is_some()),
-            share(of, |asked| asked.rank == Some(0)),
+            share(of, |asked| asked.is_within(10)),
+            share(of, |asked| asked.is_within_others(10)),
+            share(of, |asked| asked.is_within(1)),
+            share(of, |asked| asked.is_within_others(1)),
             share(of, |asked| akin(&asked.original, &asked.first)),
             seconds[0],
             seconds[1],
         );
     }
-    text += "\n## Missed\n\nRight ones that were not among the best ten.\n\n| suspect | original | first | its score |\n|---|---|---|---:|\n";
-    for asked in record.asked.iter().filter(|asked| asked.rank.is_none()) {
+    text += "\n## Missed\n\nRight ones that were not among the best ten, and where they were lost: by votes, by pairs of landmarks, by \
+             the rank that surfaces gave them. Attack: how far it moved the surface, relative to the root of the suspect's \
+             area.\n\n| suspect | original | lost | attack | first | its score |\n|---|---|---|---:|---|---:|\n";
+    for asked in record.asked.iter().filter(|asked| !asked.is_within(10)) {
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {:.2} |",
-            asked.class, asked.original, asked.first, asked.scores[0]
+            "| {} | {} | {} | {:.4} | {} | {:.2} |",
+            asked.class,
+            asked.original,
+            lost(asked),
+            asked.attack,
+            asked.first,
+            asked.scores[0]
         );
     }
     text
+}
+
+/// Where the right one of a question was lost, and at which place.
+fn lost(asked: &Asked) -> String {
+    match asked.fate {
+        Some([Some(votes), None, _]) => format!("by votes, {}th", votes + 1),
+        Some([_, Some(pairs), None]) => format!("by pairs, {}th", pairs + 1),
+        Some([_, _, Some(rank)]) if asked.is_within_others(10) => format!("ambiguous, {}th", rank + 1),
+        Some([_, _, Some(rank)]) => format!("by rank, {}th", rank + 1),
+        _ => "without a vote".into(),
+    }
 }
 
 /// Share of questions whose right answer is among the first so many.
 fn panel(record: &Record) -> Panel {
     let series = Class::ALL.iter().map(|class| {
         let of: Vec<&Asked> = record.asked.iter().filter(|asked| asked.class == class.name()).collect();
-        let within = |k: usize| share(&of, |asked| asked.rank.is_some_and(|rank| rank < k));
+        let within = |k: usize| share(&of, |asked| asked.is_within(k));
         let points = (1..=10).map(|k| (k as f64, within(k))).collect();
         Series { name: class.name().into(), points, intervals: Vec::new(), dots: true }
     });
