@@ -19,7 +19,7 @@ use crate::vote::{Ballot, Voted};
 /// Pieces whose landmarks are compared one by one, for each piece of the suspect: as many when the suspect has one, when it has several.
 const COMPARED: [usize; 2] = [240, 100];
 /// Fits that are laid on the suspect's surface, likewise.
-const SETTLED: [usize; 2] = [48, 24];
+const SETTLED: [usize; 2] = [80, 24];
 /// The least and largest distance at which a landmark still lies on the suspect, and that distance as a multiple of the best
 /// candidate's lower quartile.
 const REACH: (f64, f64) = (0.004, 0.03);

@@ -109,6 +109,7 @@ fn measured(
     };
     let classes: Vec<Class> = Class::ALL.into_iter().filter(wanted).collect();
     let asked = ask(&catalogue, originals, args.questions, &classes);
+    forget_peak();
     let alone = alone(&catalogue, originals, &classes)?;
     let sizes = std::fs::read_dir(folder)?.map(|file| Ok(file?.metadata()?.len()));
     let bytes = sizes.sum::<std::io::Result<u64>>()? as f64;
@@ -149,7 +150,12 @@ fn alone(catalogue: &Catalogue, originals: &[Original], classes: &[Class]) -> an
     Ok(times)
 }
 
-/// The most memory that this process ever had; 0 where the system does not tell.
+/// From here on the most memory is counted anew, where the system can do so.
+fn forget_peak() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}
+
+/// The most memory that this process had since then; 0 where the system does not tell.
 fn peak_megabytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -33,7 +33,8 @@ fn markdown(record: &Record) -> String {
         "# How often the right model is found\n\nWritten by `cargo xtask catalogue`. {generated} generated originals in families \
          of ten (the first, three whose sizes and places differ by up to 3 %, three by up to 10 %, two with one more hole or \
          boss, the mirror image) and {real} real ones; {entries} entries, {megabytes:.0} MB, {bytes_an_entry:.0} bytes an \
-         entry. Opened in {open_seconds:.2} s; {peak_megabytes:.0} MB of memory at most, questions included. "
+         entry. Opened in {open_seconds:.2} s; {peak_megabytes:.0} MB of memory at most while \
+         one question after the other was made and asked. "
     );
     if let Some(seconds) = record.build_seconds {
         let each = 1e3 * seconds / *entries as f64;
