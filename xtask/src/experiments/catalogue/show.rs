@@ -71,9 +71,10 @@ fn markdown(record: &Record) -> String {
             seconds[1],
         );
     }
-    text += "\n## Missed\n\nRight ones that were not among the best ten, and where they were lost: by votes, by pairs of landmarks, by \
-             the rank that surfaces gave them. Attack: how far it moved the surface, relative to the root of the suspect's \
-             area.\n\n| suspect | original | lost | attack | first | its score |\n|---|---|---|---:|---|---:|\n";
+    text += "\n## Missed\n\nRight ones that were not among the best ten, and where they were lost: by votes (or no pose was \
+             found of what they brought), by pairs of landmarks, by the rank that surfaces gave them. Attack: how far it \
+             moved the surface, relative to the root of the suspect's area.\n\n\
+             | suspect | original | lost | attack | first | its score |\n|---|---|---|---:|---|---:|\n";
     for asked in record.asked.iter().filter(|asked| !asked.is_within(10)) {
         let _ = writeln!(
             text,
@@ -91,11 +92,12 @@ fn markdown(record: &Record) -> String {
 
 /// Where the right one of a question was lost, and at which place.
 fn lost(asked: &Asked) -> String {
-    match asked.fate {
-        Some([Some(votes), None, _]) => format!("by votes, {}th", votes + 1),
-        Some([_, Some(pairs), None]) => format!("by pairs, {}th", pairs + 1),
-        Some([_, _, Some(rank)]) if asked.is_within_others(10) => format!("ambiguous, {}th", rank + 1),
-        Some([_, _, Some(rank)]) => format!("by rank, {}th", rank + 1),
+    let rank = asked.rank.map(|rank| rank + 1);
+    match (asked.fate, rank) {
+        (_, Some(rank)) if asked.is_within_others(10) => format!("ambiguous, place {rank}"),
+        (_, Some(rank)) => format!("by rank, place {rank}"),
+        (Some([Some(votes), None, _]), _) => format!("by votes, place {}", votes + 1),
+        (Some([_, Some(pairs), _]), _) => format!("by pairs, place {}", pairs + 1),
         _ => "without a vote".into(),
     }
 }
