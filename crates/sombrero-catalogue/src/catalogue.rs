@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::candidate::Candidate;
 use crate::entry::{Entry, hash};
 use crate::error::{CatalogueError, Damage};
+use crate::fate::{Fate, fate};
 use crate::manifest::Manifest;
 use crate::question::Question;
 use crate::search::{SearchOptions, search};
@@ -104,6 +105,14 @@ impl Catalogue {
         options: &SearchOptions,
     ) -> Result<Vec<Candidate>, CatalogueError> {
         search(&self.segments, question, options)
+    }
+
+    /// How far the entry of a name comes in a search: for whoever asks why it was not found. As slow as a search.
+    ///
+    /// # Errors
+    /// As [`Catalogue::search`].
+    pub fn fate(&self, question: &Question, name: &str) -> Result<Fate, CatalogueError> {
+        fate(&self.segments, question, name)
     }
 
     /// Reads everything and names what is damaged; nothing when all is well.

@@ -8,11 +8,11 @@ use crate::pieces::Piece;
 use crate::rim::Rim;
 
 /// Largest radius of a description, relative to the root of the piece's area.
-const LARGEST: f64 = 0.1;
+const LARGEST: f64 = 0.2;
 /// Points that stand for the surface.
-const SAMPLES: usize = 9_000;
+const SAMPLES: usize = 4500;
 /// Places among which landmarks are chosen: every so many of the points.
-const STRIDE: usize = 14;
+const STRIDE: usize = 7;
 /// Least distance between landmarks, relative to that of as many points on a square grid over the whole surface.
 const SPACING: f64 = 0.5;
 /// Mean of the cosines between normals and the directions from the centroid beyond which normals have a side.

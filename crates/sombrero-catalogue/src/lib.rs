@@ -7,6 +7,7 @@ mod describe;
 mod editor;
 mod entry;
 mod error;
+mod fate;
 mod features;
 mod lists;
 mod log;
@@ -28,6 +29,7 @@ pub use catalogue::Catalogue;
 pub use editor::Editor;
 pub use entry::Entry;
 pub use error::{CatalogueError, Damage, ShapeError};
+pub use fate::Fate;
 /// The crate whose points and similarities stand in the signatures here.
 pub use nalgebra;
 pub use portrait::Portrait;

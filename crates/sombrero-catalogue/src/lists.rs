@@ -13,6 +13,8 @@
 use std::fs::File;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use crate::bytes::Bytes;
 use crate::error::CatalogueError;
 use crate::features::{CELLS, cell, signature};
@@ -73,17 +75,18 @@ impl Lists {
     pub(crate) fn of(mut entries: Vec<(Place, Portrait)>, removed: Vec<u64>) -> Self {
         entries.sort_unstable_by_key(|(place, _)| *place);
         let mut pieces = Vec::new();
-        let mut keyed: Vec<(u16, u16, u16)> = Vec::new();
+        let mut marks = Vec::new();
         for (entry, (_, portrait)) in (0..).zip(&entries) {
             for (number, piece) in (0..).zip(&portrait.pieces) {
-                let index = pieces.len() as u16;
-                keyed.extend(piece.marks.iter().map(|mark| {
-                    let cell = cell(&mark.looks);
-                    (cell, index, signature(&mark.looks, cell))
-                }));
+                marks.extend(piece.marks.iter().map(|mark| (pieces.len() as u16, &mark.looks)));
                 pieces.push(PieceOf { entry, number, landmarks: piece.marks.len() as u16 });
             }
         }
+        let keyed = marks.into_par_iter().map(|(piece, looks)| {
+            let cell = cell(looks);
+            (cell, piece, signature(looks, cell))
+        });
+        let mut keyed: Vec<(u16, u16, u16)> = keyed.collect();
         keyed.sort_unstable();
         let starts = (0..=CELLS).map(|c| keyed.partition_point(|k| usize::from(k.0) < c) as u32).collect();
         let postings = keyed.iter().flat_map(|k| [k.1.to_le_bytes(), k.2.to_le_bytes()]).flatten().collect();

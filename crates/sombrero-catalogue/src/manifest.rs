@@ -1,7 +1,7 @@
 //! Which files are the catalogue: a few lines of text that are replaced as a whole.
 //!
 //! ```text
-//! sombrero-catalogue 1
+//! sombrero-catalogue 2
 //! 000000 sealed
 //! 000003 open
 //! sum 5d41402a
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use crate::error::CatalogueError;
 
 const NAME: &str = "catalogue";
-const TITLE: &str = "sombrero-catalogue 1\n";
+const TITLE: &str = "sombrero-catalogue 2\n";
 
 /// The segments, by number.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

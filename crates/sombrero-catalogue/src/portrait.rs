@@ -10,13 +10,13 @@ use crate::features::{Looks, NUMBERS};
 use crate::pieces::pieces;
 
 /// Landmarks of an original, shared by its pieces.
-const COUNT: usize = 140;
+const COUNT: usize = 128;
 /// Landmarks that a piece has at least.
 const FEWEST: usize = 24;
 /// Coordinates are kept as multiples of this, relative to the root of the area.
 const GRAIN: f64 = 1.0 / 4096.0;
 /// Bytes of a landmark.
-const MARK: usize = NUMBERS + 6 + 3;
+const MARK: usize = NUMBERS + 6 + 2;
 /// Bytes of a piece before its landmarks.
 const HEAD: usize = 8 * 4 + 4;
 
@@ -36,12 +36,12 @@ pub(crate) struct Likeness {
     pub(crate) marks: Vec<Mark>,
 }
 
-/// A landmark in 25 bytes.
+/// A landmark in 24 bytes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Mark {
     pub(crate) looks: Looks,
     place: [i16; 3],
-    normal: [i8; 3],
+    normal: [i8; 2],
 }
 
 impl Portrait {
@@ -89,12 +89,11 @@ impl Portrait {
 }
 
 impl Likeness {
-    fn of(described: &Described) -> Self {
+    pub(crate) fn of(described: &Described) -> Self {
         let mark = |landmark: &crate::describe::Landmark| {
             let place = landmark.point.coords.map(|x| (x / GRAIN).round() as i16);
-            let normal = landmark.normal.map(|x| (x * 127.0).round() as i8);
             let looks = landmark.looks.first().copied().unwrap_or_default();
-            Mark { looks, place: place.into(), normal: normal.into() }
+            Mark { looks, place: place.into(), normal: flattened(&landmark.normal) }
         };
         let marks = described.landmarks.iter().map(mark).collect();
         Self { centroid: described.centroid, size: described.size, marks }
@@ -116,7 +115,7 @@ impl Mark {
     }
 
     pub(crate) fn normal(&self) -> Vector3<f64> {
-        Vector3::from(self.normal.map(|x| f64::from(x) / 127.0))
+        unflattened(self.normal)
     }
 
     fn bytes(&self) -> impl Iterator<Item = u8> {
@@ -129,14 +128,49 @@ impl Mark {
         let looks = bytes.array::<NUMBERS>()?.map(|x| x as i8);
         let [a, b, c, d, e, f] = bytes.array()?;
         let place = [[a, b], [c, d], [e, f]].map(i16::from_le_bytes);
-        Some(Self { looks, place, normal: bytes.array::<3>()?.map(|x| x as i8) })
+        Some(Self { looks, place, normal: bytes.array::<2>()?.map(|x| x as i8) })
     }
+}
+
+/// A direction in two bytes, within a degree: projected onto the octahedron |x| + |y| + |z| = 1, whose lower half is folded out
+/// into the corners of the square that the upper half fills (Cigolle et al. 2014).
+fn flattened(normal: &Vector3<f64>) -> [i8; 2] {
+    let sum = normal.abs().sum();
+    let [x, y] = if sum > 0.0 { [normal.x / sum, normal.y / sum] } else { [0.0; 2] };
+    let [x, y] = if normal.z < 0.0 { folded(x, y) } else { [x, y] };
+    [x, y].map(|x| (x * 127.0).round() as i8)
+}
+
+fn unflattened(flat: [i8; 2]) -> Vector3<f64> {
+    let [x, y] = flat.map(|x| f64::from(x) / 127.0);
+    let z = 1.0 - x.abs() - y.abs();
+    let [x, y] = if z < 0.0 { folded(x, y) } else { [x, y] };
+    Vector3::new(x, y, z).normalize()
+}
+
+/// Across the edge of the upper half; twice is nothing.
+fn folded(x: f64, y: f64) -> [f64; 2] {
+    [(1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y)]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
     use sombrero_shapes as shapes;
+
+    proptest! {
+        #[test]
+        fn directions_are_kept_within_a_degree(v in prop::array::uniform3(-1.0..1.0f64)) {
+            let Some(v) = Vector3::from(v).try_normalize(1e-3) else { return Ok(()) };
+            prop_assert!(unflattened(flattened(&v)).dot(&v) > 0.9998);
+        }
+
+        #[test]
+        fn any_two_bytes_are_a_direction(flat in prop::array::uniform2(any::<i8>())) {
+            prop_assert!((unflattened(flat).norm() - 1.0).abs() < 1e-12);
+        }
+    }
 
     #[test]
     fn what_is_written_is_read() {

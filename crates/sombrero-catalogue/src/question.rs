@@ -10,7 +10,7 @@ use crate::error::ShapeError;
 use crate::pieces::{Piece, pieces};
 
 /// Landmarks of a piece.
-const COUNT: usize = 140;
+const COUNT: usize = 128;
 /// Rungs of the ladder above and below that of equal areas: sizes may differ by a factor of 1.16^3 = 1.56 either way.
 pub(crate) const MORE: usize = 3;
 

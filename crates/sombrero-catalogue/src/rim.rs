@@ -6,7 +6,7 @@ use sombrero_spatial::NearestVertex;
 use crate::pieces::Piece;
 
 /// Distance within which the rim spoils a landmark's looks, relative to the root of the area: the middle of the radii.
-const NEAR: f64 = 0.065;
+const NEAR: f64 = 0.13;
 /// Longest stretch of the rim without a point that stands for it.
 const STEP: f64 = 0.03;
 

@@ -19,7 +19,7 @@ use crate::vote::{Ballot, Voted};
 /// Pieces whose landmarks are compared one by one, for each piece of the suspect: as many when the suspect has one, when it has several.
 const COMPARED: [usize; 2] = [240, 100];
 /// Fits that are laid on the suspect's surface, likewise.
-const SETTLED: [usize; 2] = [48, 24];
+const SETTLED: [usize; 2] = [80, 24];
 /// The least and largest distance at which a landmark still lies on the suspect, and that distance as a multiple of the best
 /// candidate's lower quartile.
 const REACH: (f64, f64) = (0.004, 0.03);
@@ -53,10 +53,10 @@ impl SearchOptions {
 
 /// A piece that was read, and one way in which it fits.
 #[derive(Clone)]
-struct Compared {
+pub(crate) struct Compared {
     hash: u64,
     number: u16,
-    entry: Entry,
+    pub(crate) entry: Entry,
     likeness: Likeness,
     fit: Fit,
 }
@@ -66,35 +66,27 @@ pub(crate) fn search(
     question: &Question,
     options: &SearchOptions,
 ) -> Result<Vec<Candidate>, CatalogueError> {
-    let several = usize::from(question.pieces.len() > 1);
-    let ask = |asked: &Asked| -> Result<Vec<(Compared, Settled)>, CatalogueError> {
-        let voted = voted(segments, &asked.described, COMPARED[several])?;
-        let mut compared = compared(segments, &asked.described, &voted)?;
-        compared.sort_by(|a, b| {
-            b.fit.score.total_cmp(&a.fit.score).then((a.hash, a.number, a.fit.mirrored).cmp(&(
-                b.hash,
-                b.number,
-                b.fit.mirrored,
-            )))
-        });
-        compared.truncate(SETTLED[several]);
-        let settled = |c: Compared| {
-            let settled = settle(&asked.surface, &asked.normals, &c.likeness, &c.fit);
-            (c, settled)
-        };
-        Ok(compared.into_par_iter().map(settled).collect())
+    let ask = |(number, asked): (usize, &Asked)| -> Result<Vec<Candidate>, CatalogueError> {
+        let voted = voted(segments, &asked.described, compared_of(question))?;
+        let compared = compared(segments, &asked.described, &voted)?;
+        Ok(settled(number, asked, compared, settled_of(question)))
     };
-    let found: Vec<Vec<(Compared, Settled)>> =
-        question.pieces.par_iter().map(ask).collect::<Result<_, _>>()?;
-    let of_piece = |(number, found): (usize, Vec<(Compared, Settled)>)| {
-        candidates(number, &question.pieces[number].described, found)
-    };
-    let lists = found.into_iter().enumerate().map(of_piece).collect();
-    Ok(in_order(lists, options.top))
+    let lists = question.pieces.par_iter().enumerate().map(|(number, asked)| ask((number, asked)));
+    Ok(in_order(lists.collect::<Result<_, _>>()?, options.top))
+}
+
+/// How many pieces are compared for each piece of the suspect.
+pub(crate) fn compared_of(question: &Question) -> usize {
+    COMPARED[usize::from(question.pieces.len() > 1)]
+}
+
+/// How many fits are laid on each piece of the suspect.
+pub(crate) fn settled_of(question: &Question) -> usize {
+    SETTLED[usize::from(question.pieces.len() > 1)]
 }
 
 /// The pieces of all segments with most votes, best first, with the segment of each.
-fn voted(
+pub(crate) fn voted(
     segments: &[Segment],
     asked: &Described,
     most: usize,
@@ -113,8 +105,8 @@ fn voted(
     Ok(found)
 }
 
-/// Those whose landmarks lie as the suspect's.
-fn compared(
+/// The ways in which those fit whose landmarks lie as the suspect's, best first.
+pub(crate) fn compared(
     segments: &[Segment],
     asked: &Described,
     voted: &[(Voted, usize)],
@@ -137,11 +129,25 @@ fn compared(
         Ok(fits(asked, &likeness, voted.rung).into_iter().map(with).collect())
     };
     let found: Vec<Vec<Compared>> = voted.par_iter().map(compare).collect::<Result<_, CatalogueError>>()?;
-    Ok(found.into_iter().flatten().collect())
+    let mut found: Vec<Compared> = found.into_iter().flatten().collect();
+    let key = |c: &Compared| (c.hash, c.number, c.fit.mirrored);
+    found.sort_by(|a, b| b.fit.score.total_cmp(&a.fit.score).then_with(|| key(a).cmp(&key(b))));
+    Ok(found)
 }
 
-/// What one piece of the suspect brings, best first.
-fn candidates(number: usize, asked: &Described, found: Vec<(Compared, Settled)>) -> Vec<Candidate> {
+/// The first of them laid on the suspect's surface: what piece `number` of the suspect brings, best first.
+pub(crate) fn settled(
+    number: usize,
+    asked: &Asked,
+    mut compared: Vec<Compared>,
+    most: usize,
+) -> Vec<Candidate> {
+    compared.truncate(most);
+    let settled = |c: Compared| {
+        let settled = settle(&asked.surface, &asked.normals, &c.likeness, &c.fit);
+        (c, settled)
+    };
+    let found: Vec<(Compared, Settled)> = compared.into_par_iter().map(settled).collect();
     let best = found.iter().map(|(_, settled)| settled.quartile()).fold(f64::INFINITY, f64::min);
     let reach = (QUARTILES * best).clamp(REACH.0, REACH.1);
     let candidate = |(compared, settled): (Compared, Settled)| {
@@ -149,7 +155,7 @@ fn candidates(number: usize, asked: &Described, found: Vec<(Compared, Settled)>)
         Candidate {
             score: settled.score(reach) * worth,
             part: number.checked_sub(1),
-            pose: in_model_units(asked, &compared.likeness, &settled.pose, compared.fit.mirrored),
+            pose: in_model_units(&asked.described, &compared.likeness, &settled.pose, compared.fit.mirrored),
             mirrored: compared.fit.mirrored,
             entry: compared.entry,
         }

@@ -4,6 +4,7 @@
 mod families;
 mod jitter;
 mod measure;
+mod nearer;
 mod nets;
 mod queries;
 mod show;
@@ -13,6 +14,7 @@ use anyhow::{Context, bail};
 use measure::{Asked, Original, ask, build};
 use queries::Class;
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 use sombrero::io::Document;
 use sombrero_catalogue::{Catalogue, Question, SearchOptions};
 use std::path::{Path, PathBuf};
@@ -107,6 +109,7 @@ fn measured(
     };
     let classes: Vec<Class> = Class::ALL.into_iter().filter(wanted).collect();
     let asked = ask(&catalogue, originals, args.questions, &classes);
+    forget_peak();
     let alone = alone(&catalogue, originals, &classes)?;
     let sizes = std::fs::read_dir(folder)?.map(|file| Ok(file?.metadata()?.len()));
     let bytes = sizes.sum::<std::io::Result<u64>>()? as f64;
@@ -132,7 +135,7 @@ fn alone(catalogue: &Catalogue, originals: &[Original], classes: &[Class]) -> an
         let fit: Vec<&Original> = originals.iter().filter(|original| original.suits(class)).collect();
         let mut own = Vec::new();
         for k in 0..3.min(fit.len()) {
-            let suspect = queries::named(class, &fit[k * fit.len() / 3].soup(), k as u64)?;
+            let suspect = class.suspect(&fit[k * fit.len() / 3].soup(), k as u64)?.soup;
             let start = Instant::now();
             let question = Question::of(&suspect.points, &suspect.triangles)?;
             let described = start.elapsed().as_secs_f64();
@@ -147,7 +150,12 @@ fn alone(catalogue: &Catalogue, originals: &[Original], classes: &[Class]) -> an
     Ok(times)
 }
 
-/// The most memory that this process ever had; 0 where the system does not tell.
+/// From here on the most memory is counted anew, where the system can do so.
+fn forget_peak() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}
+
+/// The most memory that this process had since then; 0 where the system does not tell.
 fn peak_megabytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -163,13 +171,13 @@ fn real(folder: &Path) -> anyhow::Result<Vec<Original>> {
     let mut found = Vec::new();
     for path in paths {
         let Ok(document) = Document::read(&path) else { continue };
-        let soup = document.soup().clone();
-        let sizes: Vec<u64> = soup.points.iter().flat_map(|p| p.iter().map(|x| x.to_bits())).collect();
+        let soup = document.soup();
+        let bits: Vec<u8> = soup.points.iter().flat_map(|p| p.iter().flat_map(|x| x.to_le_bytes())).collect();
         let usable = (100..400_000).contains(&soup.triangles.len())
             && sombrero_catalogue::Portrait::of(&soup.points, &soup.triangles).is_ok();
-        if usable && known.insert(sizes) {
+        if usable && known.insert(Sha256::digest(&bits)) {
             let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-            found.push(Original::real(name.unwrap_or_default(), soup));
+            found.push(Original::real(name.unwrap_or_default(), path));
         }
     }
     Ok(found)

@@ -1,12 +1,24 @@
 //! Suspects: what is done to an original, class by class.
 
-use super::families::{append, original};
+use super::families::{MEMBERS, append, original};
 use anyhow::Context;
-use nalgebra::{Point3, Similarity3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sombrero::attacks::{Simplification, apply_all, parse_list};
+use sombrero::attacks::{Simplification, apply_all, mirror, parse_list};
 use sombrero::mesh::{Soup, connected, weld_and_repair};
+use sombrero::spatial::sample_ball;
+
+/// What is asked about, and how it came to be.
+pub(crate) struct Suspect {
+    pub(crate) soup: Soup,
+    /// What was made of the original alone, in the original's place; `None` where its parts were moved apart.
+    pub(crate) own: Option<Soup>,
+    /// Whether `own` is a mirror image of what was made of it.
+    pub(crate) mirrored: bool,
+    /// From the original's place to where it is in the suspect.
+    pub(crate) pose: Similarity3<f64>,
+}
 
 /// A class of suspects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,10 +62,14 @@ impl Class {
     }
 
     /// The suspect made of `soup`, in any pose and at any size; what is among it comes from originals that no catalogue holds.
-    pub(crate) fn suspect(self, soup: &Soup, seed: u64) -> anyhow::Result<Soup> {
+    pub(crate) fn suspect(self, soup: &Soup, seed: u64) -> anyhow::Result<Suspect> {
+        self.made(soup, seed).with_context(|| self.name())
+    }
+
+    fn made(self, soup: &Soup, seed: u64) -> anyhow::Result<Suspect> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let rng = &mut rng;
-        let made = match self {
+        let own = match self {
             Self::Simplified => simplified(soup, 0.05, rng)?,
             Self::CutAndHalved => simplified(&cut(soup, 1.0 / 3.0, rng), 0.5, rng)?,
             Self::CropNoiseEighth => {
@@ -63,11 +79,29 @@ impl Class {
             Self::Isosurface => attacked(soup, "isosurface:resolution=64", rng)?,
             Self::Remeshed => attacked(soup, "remesh:length=1.5,iterations=3", rng)?,
             Self::FreeForm => attacked(soup, "ffd:strength=0.02,lattice=4", rng)?,
-            Self::Scene => scene(soup, seed, rng),
-            Self::HalfKit => half(soup, rng),
-            Self::Mirrored => attacked(&simplified(soup, 0.5, rng)?, "mirror", rng)?,
+            Self::Mirrored => mirror(&simplified(soup, 0.5, rng)?),
+            Self::Scene => {
+                let (made, within) = scene(soup, seed, rng);
+                let pose = any_pose(rng);
+                return Ok(Suspect {
+                    soup: moved(&made, &pose),
+                    own: Some(soup.clone()),
+                    mirrored: false,
+                    pose: pose * within,
+                });
+            }
+            Self::HalfKit => {
+                let pose = any_pose(rng);
+                return Ok(Suspect {
+                    soup: moved(&half(soup, rng), &pose),
+                    own: None,
+                    mirrored: false,
+                    pose,
+                });
+            }
         };
-        Ok(moved(&made, rng))
+        let (pose, mirrored) = (any_pose(rng), self == Self::Mirrored);
+        Ok(Suspect { soup: moved(&own, &pose), own: Some(own), mirrored, pose })
     }
 }
 
@@ -79,26 +113,20 @@ fn simplified(soup: &Soup, ratio: f64, rng: &mut ChaCha8Rng) -> anyhow::Result<S
     Ok(apply_all(&[Simplification { ratio }.into()], soup, rng)?.soup)
 }
 
-fn direction(rng: &mut impl Rng) -> Vector3<f64> {
-    loop {
-        let v = Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0));
-        if v.norm() > 0.1 && v.norm() < 1.0 {
-            return v.normalize();
-        }
-    }
+fn any_pose(rng: &mut impl Rng) -> Similarity3<f64> {
+    let shift = sample_ball(rng) * 9.0;
+    let turn = UnitQuaternion::new(sample_ball(rng).normalize() * rng.random_range(0.0..3.0));
+    let scale = 10f64.powf(rng.random_range(-1.0..2.0));
+    Similarity3::from_parts(Translation3::from(shift), turn, scale)
 }
 
-fn moved(soup: &Soup, rng: &mut impl Rng) -> Soup {
-    let [x, y, z] = [0; 3].map(|_| rng.random_range(-1.0..1.0));
-    let turn = UnitQuaternion::new(direction(rng) * rng.random_range(0.0..3.0));
-    let scale = 10f64.powf(rng.random_range(-1.0..2.0));
-    let pose = Similarity3::from_parts(Translation3::new(9.0 * x, 9.0 * y, 9.0 * z), turn, scale);
+pub(crate) fn moved(soup: &Soup, pose: &Similarity3<f64>) -> Soup {
     Soup::new(soup.points.iter().map(|p| pose * p).collect(), soup.triangles.clone())
 }
 
 /// Without the triangles of the given share of the surface's area that lie farthest in a random direction.
 fn cut(soup: &Soup, share: f64, rng: &mut impl Rng) -> Soup {
-    let away = direction(rng);
+    let away = sample_ball(rng);
     let area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| soup.points[v as usize]);
         (b - a).cross(&(c - a)).norm()
@@ -114,21 +142,25 @@ fn cut(soup: &Soup, share: f64, rng: &mut impl Rng) -> Soup {
     Soup::new(soup.points.clone(), within.collect()).compacted().0
 }
 
-/// Beside four other objects, each about as large.
-fn scene(soup: &Soup, seed: u64, rng: &mut impl Rng) -> Soup {
-    let mut all = Soup::new(Vec::new(), Vec::new());
+/// Beside four other objects, each about as large; and from the original's place to where it is among them.
+fn scene(soup: &Soup, seed: u64, rng: &mut impl Rng) -> (Soup, Similarity3<f64>) {
+    let (mut all, mut within) = (Soup::new(Vec::new(), Vec::new()), Similarity3::identity());
     let place = rng.random_range(0..5u64);
     for k in 0..5u64 {
         // Families far beyond those of any catalogue here.
-        let object = if k == place { soup.clone() } else { original((1 << 30) + (seed * 5 + k) * 10) };
-        let object = moved(&object, rng);
-        let Some(bounds) = object.bounding_box() else { continue };
+        let object = if k == place { soup.clone() } else { original((1 << 30) + (seed * 5 + k) * MEMBERS) };
+        let pose = any_pose(rng);
+        let Some(bounds) = moved(&object, &pose).bounding_box() else { continue };
         let size = rng.random_range(0.7..1.4) / bounds.diagonal();
-        let shift = Vector3::new(1.6 * k as f64, 0.0, 0.0);
-        let points = object.points.iter().map(|p| Point3::from((p - bounds.min) * size + shift)).collect();
-        append(&mut all, Soup::new(points, object.triangles));
+        let shift =
+            Translation3::new(1.6 * k as f64, 0.0, 0.0) * Translation3::from(-bounds.min.coords * size);
+        let pose = shift * Similarity3::from_scaling(size) * pose;
+        if k == place {
+            within = pose;
+        }
+        append(&mut all, moved(&object, &pose));
     }
-    all
+    (all, within)
 }
 
 /// Every second part, each moved and turned by itself.
@@ -144,15 +176,9 @@ fn half(soup: &Soup, rng: &mut impl Rng) -> Soup {
     for part in parts.iter().step_by(2) {
         let own = triangles.iter().filter(|t| of[t[0] as usize] == *part).copied().collect();
         let own = Soup::new(points.clone(), own).compacted().0;
-        let turn = UnitQuaternion::new(direction(rng) * rng.random_range(0.0..3.0));
-        let shift = direction(rng) * 12.0;
-        let points = own.points.iter().map(|p| turn * p + shift).collect();
-        append(&mut all, Soup::new(points, own.triangles));
+        let turn = UnitQuaternion::new(sample_ball(rng).normalize() * rng.random_range(0.0..3.0));
+        let shift = Translation3::from(sample_ball(rng).normalize() * 12.0);
+        append(&mut all, moved(&own, &Similarity3::from_parts(shift, turn, 1.0)));
     }
     all
-}
-
-/// A suspect, or why there is none.
-pub(crate) fn named(class: Class, soup: &Soup, seed: u64) -> anyhow::Result<Soup> {
-    class.suspect(soup, seed).with_context(|| class.name())
 }

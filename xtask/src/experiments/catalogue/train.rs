@@ -27,7 +27,8 @@ const HALF: usize = KEPT / 2;
 const CENTROIDS: usize = 256;
 /// How a standard deviation of what attacks do is written, in units of the last bit.
 const UNIT: f64 = 4.0;
-/// Largest radius of a description, relative to the root of the area: that of `sombrero-catalogue`.
+/// Largest radius of a description, relative to the root of the area: half of that of `sombrero-catalogue`, with whose own radius
+/// the table tells less. Attacks shake smaller balls more, so that looks are told apart more coarsely.
 const LARGEST: f64 = 0.1;
 /// Originals, attacked ones of each, landmarks of each.
 const SHAPES: u64 = 160;
