@@ -21,7 +21,7 @@ use sombrero_mesh::BoundingBox;
 /// a tenth.
 const CHANGE: f64 = 0.02;
 /// A thin face may change by so many times more: it is to keep its side, and is too small to be seen turn a little.
-const LOOSER: f64 = 8.0;
+const LOOSER: f64 = 4.0;
 /// How many times further than the whole surface a place may move. What nothing that moves so far could change is not looked
 /// at.
 const LARGEST: f64 = 4.5;

@@ -7,7 +7,7 @@ use sombrero_spectral::{Here, next_field};
 
 /// A face's height may change by so many times what a wall's thickness may: it is to keep its side, and is too small to be
 /// seen turn a little.
-const LOOSER: f64 = 8.0;
+const LOOSER: f64 = 4.0;
 
 /// Faces that one task takes.
 const CHUNK: usize = 4096;
