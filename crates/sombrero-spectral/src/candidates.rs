@@ -8,7 +8,6 @@ use crate::piece::{Whole, best};
 use crate::planes::Planes;
 use crate::surface::Surface;
 use crate::visibility::{Term, face_terms, hinge_term};
-use crate::walls::{Keeping, joined};
 use rayon::prelude::*;
 
 /// Per-vertex weight of |d|²: no length of the model is left to it, it only makes G definite. (L = 1 in largest sides.)
@@ -29,10 +28,9 @@ pub(crate) fn candidates(
     evidence: &Evidence,
     options: &FieldsOptions,
 ) -> Vec<Shifts> {
+    let rings = level.neighbours();
+    let (terms, terms_of) = terms(level);
     let areas = level.vertex_areas();
-    let narrow = Keeping::new(level, options.turn, options.reach).terms(level, &areas);
-    let rings = joined(level, &narrow);
-    let (terms, terms_of) = terms(level, narrow);
     let length = LENGTH * level.side;
     let ridge = RIDGE * level.area / (level.side * level.side);
     let mass: Vec<f64> = areas.iter().map(|a| a / (length * length) + ridge).collect();
@@ -58,10 +56,9 @@ pub(crate) fn candidates(
     found.into_iter().flatten().collect()
 }
 
-/// All terms of G, those of what is `narrow` among them, and which of them each vertex takes part in.
-fn terms(level: &Surface, narrow: Vec<Term>) -> (Vec<Term>, Vec<Vec<u32>>) {
-    let mut terms = narrow;
-    terms.extend((0..level.triangles.len()).flat_map(|f| face_terms(level, f)));
+/// All terms of G, and which of them each vertex takes part in.
+fn terms(level: &Surface) -> (Vec<Term>, Vec<Vec<u32>>) {
+    let mut terms: Vec<Term> = (0..level.triangles.len()).flat_map(|f| face_terms(level, f)).collect();
     terms.extend(level.hinges.iter().filter_map(|h| hinge_term(level, h)));
     let mut terms_of = vec![Vec::new(); level.points.len()];
     for (number, term) in (0_u32..).zip(&terms) {
