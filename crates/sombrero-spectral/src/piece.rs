@@ -14,6 +14,7 @@ use crate::evidence::Evidence;
 use crate::lanczos;
 use crate::planes::Planes;
 use crate::surface::Rings;
+use crate::together::add_up;
 use crate::visibility::Term;
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -108,13 +109,7 @@ impl Unknowns {
                 }
             }
             row.sort_unstable_by_key(|entry| entry.0);
-            row.dedup_by(|later, earlier| {
-                let same = later.0 == earlier.0;
-                if same {
-                    earlier.1 += later.1;
-                }
-                same
-            });
+            add_up(&mut row);
             rows.push(row);
         }
         let mut first: Vec<usize> = (0..self.count).collect();

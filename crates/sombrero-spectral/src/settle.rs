@@ -13,6 +13,7 @@
 use crate::Field;
 use crate::planes::Planes;
 use crate::surface::Surface;
+use crate::together::add_up;
 use crate::visibility::{Term, face_terms, hinge_term};
 use nalgebra::{Matrix3, Matrix3xX, Vector3};
 use rayon::prelude::*;
@@ -123,13 +124,7 @@ impl<'a> Stiffness<'a> {
         hinges.filter_map(|hinge| hinge_term(self.surface, hinge)).for_each(add);
         // Stable, so that what is added up stays in order.
         blocks.sort_by_key(|block| block.0);
-        blocks.dedup_by(|later, earlier| {
-            let same = later.0 == earlier.0;
-            if same {
-                earlier.1 += later.1;
-            }
-            same
-        });
+        add_up(&mut blocks);
         blocks
     }
 }

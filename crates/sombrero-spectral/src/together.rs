@@ -1,6 +1,7 @@
 //! Several points' fields at once.
 
 use nalgebra::Vector3;
+use std::ops::AddAssign;
 
 /// (field, displacement) of the fields at a point, in order of fields.
 pub type Here = [(u32, Vector3<f64>)];
@@ -34,4 +35,15 @@ pub fn next_field<'a>(
         }
     }
     Some(next)
+}
+
+/// Adds up what stands behind one another under the same number, in that order.
+pub(crate) fn add_up<T: AddAssign + Copy>(entries: &mut Vec<(u32, T)>) {
+    entries.dedup_by(|later, earlier| {
+        let same = later.0 == earlier.0;
+        if same {
+            earlier.1 += later.1;
+        }
+        same
+    });
 }

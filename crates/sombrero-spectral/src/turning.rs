@@ -3,7 +3,7 @@
 use crate::Field;
 use crate::surface::Surface;
 use crate::together::{Here, next_field};
-use crate::visibility::{Term, face_terms};
+use crate::visibility::{Term, face_terms, value};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ pub(crate) fn turned(surface: &Surface, field: &Field) -> Vec<(u32, f64)> {
     let mut d = vec![Vector3::zeros(); surface.points.len()];
     field.iter().for_each(|(v, x)| d[*v as usize] = *x);
     let square = |term: &Term| {
-        let x: f64 = (0..term.count).map(|k| term.gradients[k].dot(&d[term.vertices[k] as usize])).sum();
+        let x = value(term, &d);
         x * x
     };
     let of_face = |f: u32| {

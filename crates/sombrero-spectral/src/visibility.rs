@@ -129,7 +129,6 @@ impl Frame {
 }
 
 /// Σ g_k · d_k.
-#[cfg(test)]
 pub(crate) fn value(term: &Term, d: &[Vector3<f64>]) -> f64 {
     (0..term.count).map(|k| term.gradients[k].dot(&d[term.vertices[k] as usize])).sum()
 }
