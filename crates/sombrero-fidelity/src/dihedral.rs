@@ -7,7 +7,8 @@
 //! ```
 //!
 //! positive where the surface is convex. DAME (Váša and Rus 2012) compares all of them, masked; here only edges that were
-//! flat count, on which the eye sees most and nothing hides a bend.
+//! flat count, on which the eye sees most and nothing hides a bend. Slivers that are no higher than rounding have no side that
+//! anybody sees, and turn over with the last digit: their edges do not count.
 
 use crate::Change;
 use nalgebra::{Point3, Vector3};
@@ -16,13 +17,19 @@ use sombrero_mesh::Hinge;
 /// An edge of a smaller angle is flat, in degrees.
 pub const FLAT_EDGE: f64 = 2.0;
 
+/// A face of a height that is at most this share of the diagonal is a sliver.
+const SLIVER: f64 = 1e-6;
+
 /// Change of the dihedral angle of the edges that were flat, root mean square by length, in degrees; `None` when no edge
 /// was. O(n).
 pub fn flat_dihedral(change: &Change<'_>) -> Option<f64> {
     let flat = FLAT_EDGE.to_radians();
     let [before, after] = &change.angles;
     let (mut squares, mut total) = (0.0, 0.0);
-    for (hinge, (was, is)) in change.hinges.iter().zip(before.iter().zip(after)) {
+    let slivers = slivers(change);
+    let counts = |hinge: &Hinge| hinge.faces.iter().all(|face| !slivers[*face as usize]);
+    let hinges = change.hinges.iter().zip(before.iter().zip(after));
+    for (hinge, (was, is)) in hinges.filter(|(hinge, _)| counts(hinge)) {
         if let Some((was, is)) = was.filter(|angle| angle.abs() < flat).zip(*is) {
             let [a, b] = hinge.ends.map(|v| change.before[v as usize]);
             squares += (b - a).norm() * (is - was) * (is - was);
@@ -30,6 +37,19 @@ pub fn flat_dihedral(change: &Change<'_>) -> Option<f64> {
         }
     }
     (total > 0.0).then(|| (squares / total).sqrt().to_degrees())
+}
+
+/// Whether each face is a sliver, before or after.
+fn slivers(change: &Change<'_>) -> Vec<bool> {
+    let least = SLIVER * change.bounds.diagonal();
+    let is_sliver = |face: u32| {
+        (0..2).any(|side| {
+            let [a, b, c] = change.corners(side, face);
+            let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+            2.0 * change.facets[side].areas[face as usize] <= least * longest
+        })
+    };
+    (0..change.triangles.len() as u32).map(is_sliver).collect()
 }
 
 /// The dihedral angle at a hinge, in radians; `None` beside a face without area.
@@ -75,6 +95,20 @@ mod tests {
         assert!(flat_dihedral(&Change::new(&before, &after, &STRIP)).unwrap() < 1e-12);
         let solid = shapes::icosahedron();
         assert_eq!(flat_dihedral(&Change::new(&solid.points, &solid.points, &solid.triangles)), None);
+    }
+
+    #[test]
+    fn slivers_that_turn_over_do_not_count() {
+        // A square whose diagonal has a third point on it but for rounding, which changes sides.
+        let square = |off: f64| {
+            let points = [[0., 0.], [1., 0.], [1., 1.], [0., 1.], [0.5 + off, 0.5 - off]];
+            points.map(|[x, y]| Point3::new(x, y, 0.0))
+        };
+        let triangles = [[0, 4, 2], [0, 1, 4], [1, 2, 4], [0, 2, 3]];
+        let bent =
+            |was: f64, is: f64| flat_dihedral(&Change::new(&square(was), &square(is), &triangles)).unwrap();
+        assert!(bent(1e-9, -1e-9) < 1e-9);
+        assert!(bent(1e-3, -1e-3) > 100.0);
     }
 
     #[test]
