@@ -8,6 +8,7 @@ use crate::piece::{Whole, best};
 use crate::planes::Planes;
 use crate::surface::Surface;
 use crate::visibility::{Term, face_terms, hinge_term};
+use crate::walls::{Keeping, joined};
 use rayon::prelude::*;
 
 /// Per-vertex weight of |d|²: no length of the model is left to it, it only makes G definite. (L = 1 in largest sides.)
@@ -20,17 +21,20 @@ const PLANAR: f64 = 0.1;
 /// eigenvectors.
 const STEPS: usize = 40;
 
-/// The best fields of every piece of a level, whose vertices have these `names` in the full mesh.
+/// The best fields of every piece of a level, whose vertices have these `names` in the full mesh; what is narrow counts where
+/// there is something to keep.
 pub(crate) fn candidates(
     level: &Surface,
     planes: &Planes,
     names: &[u32],
     evidence: &Evidence,
+    keeping: Option<&Keeping>,
     options: &FieldsOptions,
 ) -> Vec<Shifts> {
-    let rings = level.neighbours();
-    let (terms, terms_of) = terms(level);
     let areas = level.vertex_areas();
+    let narrow = keeping.map_or_else(Vec::new, |keeping| keeping.terms(level, &areas));
+    let rings = joined(level, &narrow);
+    let (terms, terms_of) = terms(level, narrow);
     let length = LENGTH * level.side;
     let ridge = RIDGE * level.area / (level.side * level.side);
     let mass: Vec<f64> = areas.iter().map(|a| a / (length * length) + ridge).collect();
@@ -56,9 +60,10 @@ pub(crate) fn candidates(
     found.into_iter().flatten().collect()
 }
 
-/// All terms of G, and which of them each vertex takes part in.
-fn terms(level: &Surface) -> (Vec<Term>, Vec<Vec<u32>>) {
-    let mut terms: Vec<Term> = (0..level.triangles.len()).flat_map(|f| face_terms(level, f)).collect();
+/// All terms of G, those of what is `narrow` among them, and which of them each vertex takes part in.
+fn terms(level: &Surface, narrow: Vec<Term>) -> (Vec<Term>, Vec<Vec<u32>>) {
+    let mut terms = narrow;
+    terms.extend((0..level.triangles.len()).flat_map(|f| face_terms(level, f)));
     terms.extend(level.hinges.iter().filter_map(|h| hinge_term(level, h)));
     let mut terms_of = vec![Vec::new(); level.points.len()];
     for (number, term) in (0_u32..).zip(&terms) {

@@ -15,7 +15,8 @@ use crate::settle::settled;
 use crate::sight::Sight;
 use crate::surface::Surface;
 use crate::together::Here;
-use crate::turning::{Strewn, sum, turned, unevenness};
+use crate::turning::{Strewn, turned, unevenness};
+use crate::walls::Keeping;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_mesh::{BoundingBox, Soup, smoothing_modes};
@@ -127,7 +128,9 @@ impl Fields {
         let level = Surface::new(places, triangles);
         let at_names = |mode: &Vec<Vector3<f64>>| names.iter().map(|&v| mode[v as usize]).collect();
         let evidence = Evidence::new(&level, &modes.iter().map(at_names).collect::<Vec<_>>());
-        let found = candidates(&level, &planes, &names, &evidence, options);
+        let machined = is_machined(&full, planes.of_face());
+        let keeping = machined.then(|| Keeping::new(&full, options.turn, options.reach));
+        let found = candidates(&level, &planes, &names, &evidence, keeping.as_ref(), options);
         if found.is_empty() {
             return Err(FieldsError::None);
         }
@@ -142,22 +145,19 @@ impl Fields {
         progress.advance(1);
 
         let mut lists = carry(progressive, points, &full.triangles, &planes, &chosen);
-        if names.len() < points.len() && is_machined(&full, planes.of_face()) {
+        if let Some(keeping) = keeping.filter(|_| names.len() < points.len()) {
             let mut stays = vec![false; points.len()];
             names.iter().for_each(|&v| stays[v as usize] = true);
             let fields = columns(&lists.all(), chosen.len(), 1.0);
-            lists = Lists::of_fields(points.len(), &settled(&full, &planes, &stays, fields));
+            lists = Lists::of_fields(points.len(), &settled(&full, &planes, &keeping, &stays, fields));
         }
         let at = lists.all();
         let fields = Strewn { at: &at, factor: |_, _| 1.0 };
-        let turns = fields.turned(&full);
-        let turned = sum(&turns);
-        if !(turned > 0.0 && turned.is_finite()) {
+        let sight = Sight::on(&full, &fields, &fields.turned(&full), planes.of_face());
+        if !(sight.normals_rms > 0.0 && sight.normals_rms.is_finite()) {
             return Err(FieldsError::None);
         }
-        let unit = (full.area / turned).sqrt();
-        let room = Sight::on(&full, &fields, &turns, planes.of_face()).room() / unit;
-        let scale = unit * within_reach(&full, &at, turned, options).min(room);
+        let scale = sight.room().min(options.reach / options.turn / sight.moved_rms);
         let columns = columns(&at, chosen.len(), scale);
         progress.advance(1);
         // Coordinates close to the limits of numbers have fields beyond them.
@@ -217,18 +217,6 @@ fn strengths(level: &Surface, evidence: &Evidence, found: &[Shifts], options: &F
         p = amplitudes::filled(&s, &costs, variance);
     }
     amplitudes::filled_within_reach(&s, &costs, variance)
-}
-
-/// What is left of the strength when the surface would move too far: 1 when it does not.
-fn within_reach(full: &Surface, at: &[&Here], turned: f64, options: &FieldsOptions) -> f64 {
-    let areas = full.vertex_areas();
-    let normals = full.vertex_normals();
-    let square =
-        |(here, n): (&&Here, &Vector3<f64>)| here.iter().map(|(_, d)| d.dot(n) * d.dot(n)).sum::<f64>();
-    let squares = at.iter().zip(&normals).map(square);
-    let moved = squares.zip(&areas).map(|(s, a)| s * a).sum::<f64>() / turned * options.turn * options.turn;
-    let reach = options.reach * BoundingBox::of(&full.points).map_or(0.0, |b| b.diagonal());
-    if moved > reach * reach { reach / moved.sqrt() } else { 1.0 }
 }
 
 impl Shifts {

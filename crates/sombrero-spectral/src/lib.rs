@@ -20,6 +20,7 @@ mod tests;
 mod together;
 mod turning;
 mod visibility;
+mod walls;
 
 pub use fields::{Field, Fields, FieldsError, FieldsOptions};
 pub use sight::{Onlooker, Sight};

@@ -15,6 +15,7 @@ use crate::planes::Planes;
 use crate::surface::Surface;
 use crate::together::add_up;
 use crate::visibility::{Term, face_terms, hinge_term};
+use crate::walls::Keeping;
 use nalgebra::{Matrix3, Matrix3xX, Vector3};
 use rayon::prelude::*;
 
@@ -27,10 +28,11 @@ const RIDGE: f64 = 1e-9;
 pub(crate) fn settled(
     surface: &Surface,
     planes: &Planes,
+    keeping: &Keeping,
     stays: &[bool],
     mut fields: Vec<Field>,
 ) -> Vec<Field> {
-    let rows = Stiffness::new(surface, planes, stays).rows(planes);
+    let rows = Stiffness::new(surface, planes, keeping, stays).rows(planes);
     let settle = |values: &mut Vec<Vector3<f64>>, field: &mut Field| {
         field.iter().for_each(|(v, d)| values[*v as usize] = *d);
         let moving: Vec<(u32, &Row)> =
@@ -77,13 +79,15 @@ impl Row {
 /// K of a surface, made vertex by vertex: all terms at once would take more memory than the fields.
 struct Stiffness<'a> {
     surface: &'a Surface,
+    keeping: &'a Keeping,
+    areas: Vec<f64>,
     /// Faces and hinges of each vertex that moves.
     faces: Vec<Vec<u32>>,
     hinges: Vec<Vec<u32>>,
 }
 
 impl<'a> Stiffness<'a> {
-    fn new(surface: &'a Surface, planes: &Planes, stays: &[bool]) -> Self {
+    fn new(surface: &'a Surface, planes: &Planes, keeping: &'a Keeping, stays: &[bool]) -> Self {
         // A vertex with planes alone around it shows nothing by where it is in them.
         let mut moves = vec![false; stays.len()];
         for (corners, region) in surface.triangles.iter().zip(planes.of_face()) {
@@ -100,7 +104,7 @@ impl<'a> Stiffness<'a> {
             add(&mut hinges, number, &hinge.ends);
             add(&mut hinges, number, &hinge.opposite);
         }
-        Self { surface, faces, hinges }
+        Self { surface, keeping, areas: surface.vertex_areas(), faces, hinges }
     }
 
     fn rows(&self, planes: &Planes) -> Vec<Option<Row>> {
@@ -119,6 +123,7 @@ impl<'a> Stiffness<'a> {
         };
         for &face in &self.faces[v as usize] {
             face_terms(self.surface, face as usize).into_iter().for_each(&mut add);
+            self.keeping.carried(self.surface, face as usize, &self.areas).for_each(&mut add);
         }
         let hinges = self.hinges[v as usize].iter().map(|&h| &self.surface.hinges[h as usize]);
         hinges.filter_map(|hinge| hinge_term(self.surface, hinge)).for_each(add);
@@ -163,7 +168,8 @@ mod tests {
             let terms = bar.hinges.iter().filter_map(|hinge| hinge_term(&bar, hinge));
             terms.map(|term| value(&term, &d).powi(2)).sum::<f64>()
         };
-        let after = settled(&bar, &planes, &stays, vec![before.clone()]).remove(0);
+        let keeping = Keeping::new(&bar, 0.0038, 0.00038);
+        let after = settled(&bar, &planes, &keeping, &stays, vec![before.clone()]).remove(0);
         assert!(bent(&after) < 0.01 * bent(&before), "{} of {}", bent(&after), bent(&before));
         for (v, (after, before)) in after.iter().zip(&before).enumerate() {
             assert!(!stays[v] || after == before);
@@ -179,7 +185,8 @@ mod tests {
         let free = |v: u32| planes.tangents(v).iter().map(|t| t * t.dot(&rough(v)) * 0.01).sum();
         let field: Field = (0..part.points.len() as u32).map(|v| (v, free(v))).collect();
         let stays = vec![false; field.len()];
-        let settled = settled(&part, &planes, &stays, vec![field]).remove(0);
+        let keeping = Keeping::new(&part, 0.0038, 0.00038);
+        let settled = settled(&part, &planes, &keeping, &stays, vec![field]).remove(0);
         let moved: Vec<Point3<f64>> = part.points.iter().zip(&settled).map(|(p, (_, d))| p + d).collect();
         assert!(planes.bent(&part, &moved) < 1e-12);
     }

@@ -5,9 +5,9 @@ use crate::surface::{Hinge, Surface};
 use crate::together::Here;
 use crate::turning::Strewn;
 use crate::visibility::bend;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-use sombrero_mesh::PlanarRegions;
+use sombrero_mesh::{BoundingBox, PlanarRegions};
 
 /// How far normals turn and flat edges bend, in radians for coefficients of deviation 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +15,8 @@ use sombrero_mesh::PlanarRegions;
 pub struct Sight {
     /// How far normals turn: root mean square by area.
     pub normals_rms: f64,
+    /// How far the surface moves along its normals, in diagonals of the bounding box: root mean square by area.
+    pub moved_rms: f64,
     /// What the normals of a hundredth of the area turn by at least.
     pub normals_tail: f64,
     /// How far edges bend that were flat: root mean square by length. `None` without flat edges, and where planar regions are
@@ -22,10 +24,12 @@ pub struct Sight {
     pub flat_edges: Option<f64>,
 }
 
-/// What a hundredth of the area may turn by, in what all normals are to turn by: 0.8 degrees of 0.22.
-const TAIL: f64 = 3.6;
-/// What flat edges may bend by: 0.063 degrees of 0.22, in expectation; medians of three marks were 0.058 and 0.060.
-const FLAT: f64 = 0.29;
+/// What a hundredth of the area may turn by, in what all normals are to turn by: 0.75 degrees of 0.22, in expectation.
+const TAIL: f64 = 3.4;
+/// How far the surface may move, in diagonals for a radian that all normals are to turn by: 0.00038 of 0.22 degrees.
+const REACH: f64 = 0.1;
+/// What flat edges may bend by: 0.059 degrees of 0.22, in expectation.
+const FLAT: f64 = 0.27;
 /// The cosine of the angle from which an edge is not flat: 2 degrees.
 const FLAT_COSINE: f64 = 0.999_390_827_019_095_8;
 
@@ -39,16 +43,17 @@ impl Sight {
     ) -> Self {
         Self {
             normals_rms: (turned.iter().sum::<f64>() / surface.area).sqrt(),
+            moved_rms: moved(surface, fields),
             normals_tail: tail(surface, turned),
             flat_edges: is_machined(surface, regions).then(|| flat_edges(surface, fields)).flatten(),
         }
     }
 
-    /// How much stronger fields may become until a hundredth of the area or the flat edges turn too far, where all normals are
-    /// to turn by 1; below 1 where they do already.
+    /// How much stronger fields may become until too much is seen, where all normals are to turn by 1; below 1 where it is
+    /// already.
     pub fn room(&self) -> f64 {
         let flat = self.flat_edges.map_or(f64::INFINITY, |flat| FLAT / flat);
-        (TAIL / self.normals_tail).min(flat)
+        (1.0 / self.normals_rms).min(TAIL / self.normals_tail).min(REACH / self.moved_rms).min(flat)
     }
 }
 
@@ -85,6 +90,18 @@ impl Onlooker {
         let fields = Strewn { at, factor };
         Sight::on(&self.surface, &fields, &fields.turned(&self.surface), &self.regions)
     }
+}
+
+/// √(Σ_v A_v E(n · d)² / A) in diagonals.
+fn moved(
+    surface: &Surface,
+    fields: &Strewn<impl AsRef<Here> + Sync, impl Fn(u32, u32) -> f64 + Sync>,
+) -> f64 {
+    let diagonal = BoundingBox::of(&surface.points).map_or(0.0, |b| b.diagonal());
+    let vertices = surface.vertex_normals().into_iter().zip(surface.vertex_areas());
+    let square = |(v, (n, area)): (u32, (Vector3<f64>, f64))| area * fields.squared(v, &n);
+    let sum: f64 = (0..).zip(vertices).map(square).sum();
+    (sum / surface.area).sqrt() / diagonal
 }
 
 /// Faces whose exponentials are taken at once.

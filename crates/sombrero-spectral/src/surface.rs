@@ -54,9 +54,4 @@ impl Surface {
         }
         sums.iter().map(|n| n.try_normalize(0.0).unwrap_or_default()).collect()
     }
-
-    /// The vertices joined to each vertex by an edge, in order.
-    pub(crate) fn neighbours(&self) -> Rings {
-        Rings::new(self.points.len(), &self.triangles)
-    }
 }

@@ -42,11 +42,6 @@ pub(crate) fn unevenness(surface: &Surface, turns: &[Vec<(u32, f64)>], sums: &[f
 /// Faces that one task takes.
 const CHUNK: usize = 4096;
 
-/// The sum, by pieces of a fixed size.
-pub(crate) fn sum(turned: &[f64]) -> f64 {
-    turned.chunks(CHUNK).map(|chunk| chunk.iter().sum::<f64>()).sum()
-}
-
 /// Fields on a surface whose coefficients are standard Gaussian.
 pub(crate) struct Strewn<'a, H, F> {
     /// For each point what each field does there.
@@ -63,6 +58,12 @@ impl<H: AsRef<Here> + Sync, F: Fn(u32, u32) -> f64 + Sync> Strewn<'_, H, F> {
             self.expectation([&along, &across])
         };
         (0..surface.triangles.len()).into_par_iter().with_min_len(CHUNK).map(of_face).collect()
+    }
+
+    /// The expectation of (n · d)² at a point.
+    pub(crate) fn squared(&self, point: u32, n: &Vector3<f64>) -> f64 {
+        let here = self.at[point as usize].as_ref().iter();
+        here.map(|(field, d)| (d.dot(n) * (self.factor)(*field, point)).powi(2)).sum()
     }
 
     /// Σ over fields of the squares of what they do to the terms, which are of the same vertices.

@@ -1,7 +1,7 @@
 //! What is seen of a displacement: a quadratic form G, as a sum of squares of linear functionals.
 //!
 //! ```text
-//! d'G d = Σ_f A |dn|² + ℓ² Σ_e 3 l²/(A₁ + A₂) dθ² + η Σ_f A |strain|² + Σ_v A_v |d|²/L²
+//! d'G d = Σ_f A |dn|² + ℓ² Σ_e 3 l²/max(A₁ + A₂, 0.2 l²) dθ² + η Σ_f A |strain|² + Σ_v A_v |d|²/L²
 //! ```
 //!
 //! with dn the change of a face's normal, dθ that of an edge's dihedral angle (a quarter of its weight where the surface
@@ -24,6 +24,9 @@ const BENDING: f64 = 0.02;
 const STRAIN: f64 = 0.02;
 /// The weight of dθ at a crease.
 const CREASE: f64 = 0.25;
+/// What the faces of an edge have as area at least, in squares of its length. How sharply a sliver bends nobody sees, and
+/// weighed by its area it would count more than all that is around.
+const STOUT: f64 = 0.2;
 /// The cosine of the angle from which an edge is a crease: 25 degrees.
 const CREASE_COSINE: f64 = 0.906_307_787_036_65;
 
@@ -75,8 +78,9 @@ pub(crate) fn hinge_term(surface: &Surface, hinge: &Hinge) -> Option<Term> {
     let cosine = surface.facets.normals[first].dot(&surface.facets.normals[second]);
     let crease = if cosine < CREASE_COSINE { CREASE } else { 1.0 };
     let [a, b] = hinge.ends.map(|v| surface.points[v as usize]);
-    let areas = surface.facets.areas[first] + surface.facets.areas[second];
-    bend(surface, hinge, (3.0 * crease / areas).sqrt() * (b - a).norm() * BENDING * surface.side)
+    let length = (b - a).norm();
+    let areas = (surface.facets.areas[first] + surface.facets.areas[second]).max(STOUT * length * length);
+    bend(surface, hinge, (3.0 * crease / areas).sqrt() * length * BENDING * surface.side)
 }
 
 /// The change of the dihedral angle times `weight`; `None` beside faces without area.
@@ -177,10 +181,9 @@ mod tests {
             } else {
                 1.0
             };
-            let weight = (3.0 * crease / (surface.facets.areas[first] + surface.facets.areas[second])).sqrt()
-                * length
-                * BENDING
-                * surface.side;
+            let areas = surface.facets.areas[first] + surface.facets.areas[second];
+            let areas = areas.max(STOUT * length * length);
+            let weight = (3.0 * crease / areas).sqrt() * length * BENDING * surface.side;
             let term = hinge_term(&surface, hinge).unwrap();
             assert!(
                 (value(&term, &d).abs() - (weight * change).abs()).abs()

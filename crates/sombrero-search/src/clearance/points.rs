@@ -1,10 +1,10 @@
 //! All functions are made weaker where it is narrow.
 //!
 //! ```text
-//! s = min(1, 0.07 D / (4.5 ε σ)),      σ² = Σ_i (u · r_i)²,
+//! s = min(1, 0.08 D / (4.5 ε σ)),      σ² = Σ_i (u · r_i)²,
 //! ```
 //!
-//! and s changes slowly along the surface: by 0.03 over a way that is as long as the longest displacement, so that the two
+//! and s changes slowly along the surface: by 0.02 over a way that is as long as the longest displacement, so that the two
 //! places are scaled nearly alike and nothing is bent that anybody sees. A planar region is scaled as a whole.
 
 use super::Limits;
@@ -15,7 +15,7 @@ use sombrero_mesh::{Edges, PlanarRegions};
 
 /// What a distance may change by because its places are not scaled alike. And how much a factor changes over the longest
 /// displacement.
-const SLOPE: f64 = 0.03;
+const SLOPE: f64 = 0.02;
 
 /// What the functions of each point are multiplied by at this gain; it spreads along `links`.
 pub(super) fn limits(basis: &Basis, walls: &Walls, links: &[Link], gain: f64) -> Limits {

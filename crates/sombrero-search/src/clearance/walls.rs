@@ -10,7 +10,7 @@ use sombrero_spectral::{Here, next_field};
 const LARGEST: f64 = 4.5;
 
 /// What a distance may change by.
-const CHANGE: f64 = 0.07;
+const CHANGE: f64 = 0.08;
 
 /// Sums over functions are taken by so many pieces.
 const PIECES: usize = 4;
@@ -22,11 +22,11 @@ const CHUNK: usize = 256;
 pub(super) struct Walls {
     /// The places.
     pub(super) pairs: Vec<Facing>,
-    /// 4.5 ε σ / 0.07 D of each: what of the allowed change they use, more than 1 when it is too much.
+    /// 4.5 ε σ / 0.08 D of each: what of the allowed change they use, more than 1 when it is too much.
     pub(super) shares: Vec<f64>,
     /// 4.5 ε σ of the point that moves furthest.
     pub(super) longest: f64,
-    /// What turns a change into a share: 4.5 ε / 0.07.
+    /// What turns a change into a share: 4.5 ε / 0.08.
     unit: f64,
 }
 
