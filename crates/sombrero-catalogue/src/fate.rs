@@ -20,8 +20,9 @@ pub struct Fate {
 }
 
 pub(crate) fn fate(segments: &[Segment], question: &Question, name: &str) -> Result<Fate, CatalogueError> {
+    let voted = voted(segments, question, usize::MAX)?;
     let of_piece = |(number, asked): (usize, &Asked)| -> Result<Fate, CatalogueError> {
-        let mut voted = voted(segments, &asked.described, usize::MAX)?;
+        let mut voted = voted[number].clone();
         let votes = voted.iter().position(|(piece, _)| piece.hash == hash(name));
         voted.truncate(compared_of(question));
         let compared = compared(segments, &asked.described, &voted)?;

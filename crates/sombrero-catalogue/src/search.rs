@@ -14,7 +14,7 @@ use crate::portrait::Likeness;
 use crate::question::{Asked, Question};
 use crate::segment::Segment;
 use crate::settle::{Settled, settle};
-use crate::vote::{Ballot, Voted};
+use crate::vote::{Ballots, Voted};
 
 /// Pieces whose landmarks are compared one by one, for each piece of the suspect: as many when the suspect has one, when it has several.
 const COMPARED: [usize; 2] = [240, 100];
@@ -66,12 +66,12 @@ pub(crate) fn search(
     question: &Question,
     options: &SearchOptions,
 ) -> Result<Vec<Candidate>, CatalogueError> {
+    let voted = voted(segments, question, compared_of(question))?;
     let ask = |(number, asked): (usize, &Asked)| -> Result<Vec<Candidate>, CatalogueError> {
-        let voted = voted(segments, &asked.described, compared_of(question))?;
-        let compared = compared(segments, &asked.described, &voted)?;
+        let compared = compared(segments, &asked.described, &voted[number])?;
         Ok(settled(number, asked, compared, settled_of(question)))
     };
-    let lists = question.pieces.par_iter().enumerate().map(|(number, asked)| ask((number, asked)));
+    let lists = question.pieces.par_iter().enumerate().map(ask);
     Ok(in_order(lists.collect::<Result<_, _>>()?, options.top))
 }
 
@@ -85,24 +85,28 @@ pub(crate) fn settled_of(question: &Question) -> usize {
     SETTLED[usize::from(question.pieces.len() > 1)]
 }
 
-/// The pieces of all segments with most votes, best first, with the segment of each.
+/// For each piece of the suspect the pieces of all segments with most votes, best first, with the segment of each.
 pub(crate) fn voted(
     segments: &[Segment],
-    asked: &Described,
+    question: &Question,
     most: usize,
-) -> Result<Vec<(Voted, usize)>, CatalogueError> {
-    let ballot = Ballot::new(asked);
-    let count = |(index, segment): (usize, &Segment)| {
-        let found = ballot.count(&segment.lists, |entry| segment.alive(entry), most);
-        let found = found.map_err(CatalogueError::io(&segment.path))?;
-        Ok::<_, CatalogueError>(found.into_iter().map(|voted| (voted, index)).collect::<Vec<_>>())
+) -> Result<Vec<Vec<(Voted, usize)>>, CatalogueError> {
+    let described: Vec<&Described> = question.pieces.iter().map(|asked| &asked.described).collect();
+    let ballots = Ballots::new(described);
+    let count = |segment: &Segment| {
+        let found = ballots.count(&segment.lists, |entry| segment.alive(entry), most);
+        found.map_err(CatalogueError::io(&segment.path))
     };
-    let found: Vec<Vec<(Voted, usize)>> =
-        segments.par_iter().enumerate().map(count).collect::<Result<_, _>>()?;
-    let mut found = found.concat();
-    found.sort_unstable();
-    found.truncate(most);
-    Ok(found)
+    let found: Vec<Vec<Vec<Voted>>> = segments.par_iter().map(count).collect::<Result<_, _>>()?;
+    let of_piece = |piece: usize| {
+        let of_all = found.iter().enumerate();
+        let of_all = of_all.flat_map(|(index, lists)| lists[piece].iter().map(move |voted| (*voted, index)));
+        let mut voted: Vec<(Voted, usize)> = of_all.collect();
+        voted.sort_unstable();
+        voted.truncate(most);
+        voted
+    };
+    Ok((0..question.pieces.len()).map(of_piece).collect())
 }
 
 /// The ways in which those fit whose landmarks lie as the suspect's, best first.
