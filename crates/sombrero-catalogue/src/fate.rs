@@ -3,7 +3,7 @@
 use crate::entry::hash;
 use crate::error::CatalogueError;
 use crate::question::{Asked, Question};
-use crate::search::{compared, compared_of, settled, settled_of, voted};
+use crate::search::{compared, settled, voted};
 use crate::segment::Segment;
 
 /// Places of a model after each round of a search, from 0, each the best among the pieces of the suspect; `None` where it did not
@@ -20,13 +20,13 @@ pub struct Fate {
 }
 
 pub(crate) fn fate(segments: &[Segment], question: &Question, name: &str) -> Result<Fate, CatalogueError> {
+    let voted = voted(segments, question, usize::MAX)?;
     let of_piece = |(number, asked): (usize, &Asked)| -> Result<Fate, CatalogueError> {
-        let mut voted = voted(segments, &asked.described, usize::MAX)?;
+        let voted = &voted[number];
         let votes = voted.iter().position(|(piece, _)| piece.hash == hash(name));
-        voted.truncate(compared_of(question));
-        let compared = compared(segments, &asked.described, &voted)?;
+        let compared = compared(segments, asked, voted)?;
         let pairs = compared.iter().position(|compared| compared.entry.name == name);
-        let settled = settled(number, asked, compared, settled_of(question));
+        let settled = settled(number, asked, compared);
         let surfaces = settled.iter().position(|candidate| candidate.entry.name == name);
         Ok(Fate { votes, pairs, surfaces })
     };

@@ -24,6 +24,8 @@ use crate::positioned;
 const MAGIC: &[u8; 8] = b"sombrls1";
 /// Where the head starts.
 const HEAD: u64 = 16;
+/// Postings between two lists from which on it is quicker to read these apart.
+const GAP: u32 = 4096;
 /// Pieces that have lists in common at most.
 pub(crate) const MOST: usize = 1 << 16;
 
@@ -61,11 +63,41 @@ pub(crate) struct Head {
 #[derive(Debug)]
 pub(crate) struct Lists {
     pub(crate) head: Head,
-    postings: Postings,
+    stored: Stored,
+}
+
+/// Lists of some cells, read.
+pub(crate) struct Postings {
+    /// By cell; those of cells that were not read are empty.
+    ranges: Vec<(u32, u32)>,
+    pieces: Vec<u16>,
+    signatures: Vec<u16>,
+}
+
+/// The landmarks of a cell: which pieces they are of, and their signatures.
+pub(crate) struct List<'a> {
+    pub(crate) pieces: &'a [u16],
+    pub(crate) signatures: &'a [u16],
+}
+
+impl Postings {
+    pub(crate) fn list(&self, cell: u16) -> List<'_> {
+        let (start, end) = self.ranges[usize::from(cell)];
+        let range = start as usize..end as usize;
+        List { pieces: &self.pieces[range.clone()], signatures: &self.signatures[range] }
+    }
+
+    fn push(&mut self, cell: u16, bytes: &[u8]) {
+        let number = |a, b| u16::from_le_bytes([a, b]);
+        let start = self.pieces.len() as u32;
+        self.pieces.extend(bytes.chunks_exact(4).map(|p| number(p[0], p[1])));
+        self.signatures.extend(bytes.chunks_exact(4).map(|p| number(p[2], p[3])));
+        self.ranges[usize::from(cell)] = (start, self.pieces.len() as u32);
+    }
 }
 
 #[derive(Debug)]
-enum Postings {
+enum Stored {
     Here(Vec<u8>),
     There(File, u64),
 }
@@ -91,7 +123,7 @@ impl Lists {
         let starts = (0..=CELLS).map(|c| keyed.partition_point(|k| usize::from(k.0) < c) as u32).collect();
         let postings = keyed.iter().flat_map(|k| [k.1.to_le_bytes(), k.2.to_le_bytes()]).flatten().collect();
         let entries = entries.into_iter().map(|(place, _)| place).collect();
-        Self { head: Head { entries, removed, pieces, starts }, postings: Postings::Here(postings) }
+        Self { head: Head { entries, removed, pieces, starts }, stored: Stored::Here(postings) }
     }
 
     /// Opens a file; `None` when its head is damaged.
@@ -123,7 +155,7 @@ impl Lists {
             let end = head.starts.last().copied().unwrap_or(0);
             length == HEAD + bytes + 4 * u64::from(end)
         });
-        Ok(head.map(|head| Self { head, postings: Postings::There(file, HEAD + bytes) }))
+        Ok(head.map(|head| Self { head, stored: Stored::There(file, HEAD + bytes) }))
     }
 
     /// The bytes of the file.
@@ -140,7 +172,7 @@ impl Lists {
 
     /// Whether the postings are what was written.
     pub(crate) fn is_whole(&self) -> std::io::Result<bool> {
-        let Postings::There(file, _) = &self.postings else { return Ok(true) };
+        let Stored::There(file, _) = &self.stored else { return Ok(true) };
         let mut sum = [0; 4];
         positioned::read(file, &mut sum, 12)?;
         Ok(crc32fast::hash(&self.all()?) == u32::from_le_bytes(sum))
@@ -150,16 +182,24 @@ impl Lists {
         self.bytes_between(0, self.head.starts.last().copied().unwrap_or(0))
     }
 
-    /// The postings of a cell: pieces and signatures, four bytes each.
-    pub(crate) fn list(&self, cell: u16) -> std::io::Result<Vec<u8>> {
-        let [start, end] = [0, 1].map(|k| self.head.starts[usize::from(cell) + k]);
-        self.bytes_between(start, end)
+    /// The lists of `cells`, which ascend. Those that lie near each other are read at once.
+    pub(crate) fn postings(&self, cells: &[u16]) -> std::io::Result<Postings> {
+        let mut postings =
+            Postings { ranges: vec![(0, 0); CELLS], pieces: Vec::new(), signatures: Vec::new() };
+        let [start, end] = [0, 1].map(|k| move |cell: u16| self.head.starts[usize::from(cell) + k]);
+        for run in cells.chunk_by(|a, b| start(*b) - end(*a) < GAP) {
+            let first = start(run[0]);
+            let bytes = self.bytes_between(first, end(run[run.len() - 1]))?;
+            let at = |posting: u32| 4 * (posting - first) as usize;
+            run.iter().for_each(|&cell| postings.push(cell, &bytes[at(start(cell))..at(end(cell))]));
+        }
+        Ok(postings)
     }
 
     fn bytes_between(&self, start: u32, end: u32) -> std::io::Result<Vec<u8>> {
-        match &self.postings {
-            Postings::Here(bytes) => Ok(bytes[4 * start as usize..4 * end as usize].to_vec()),
-            Postings::There(file, offset) => {
+        match &self.stored {
+            Stored::Here(bytes) => Ok(bytes[4 * start as usize..4 * end as usize].to_vec()),
+            Stored::There(file, offset) => {
                 let mut bytes = vec![0; 4 * (end - start) as usize];
                 positioned::read(file, &mut bytes, offset + 4 * u64::from(start))?;
                 Ok(bytes)

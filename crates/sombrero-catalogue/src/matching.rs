@@ -175,11 +175,13 @@ fn counted(
     let mut weights = vec![0.0f64; asked.landmarks.len()];
     let mut pairs = Vec::new();
     for found in matches {
-        let p = Point3::from(flip(found.p.coords));
         let ratio = pose.scaling() / found.scale;
-        let turned = (pose.isometry.rotation * flip(found.n)).dot(&found.m);
+        if ratio >= STRETCHED || ratio <= 1.0 / STRETCHED {
+            continue;
+        }
+        let p = Point3::from(flip(found.p.coords));
         let near = (pose * p - found.q).norm() < NEAR;
-        if near && turned > 1.0 - TURNED && ratio < STRETCHED && ratio > 1.0 / STRETCHED {
+        if near && (pose.isometry.rotation * flip(found.n)).dot(&found.m) > 1.0 - TURNED {
             weights[found.index] = weights[found.index].max(found.weight);
             pairs.push((p, found.q));
         }

@@ -29,6 +29,8 @@ pub(crate) struct Asked {
     pub(crate) surface: Surface,
     /// Of its faces.
     pub(crate) normals: Vec<Vector3<f64>>,
+    /// Of the whole suspect's area.
+    pub(crate) share: f64,
     piece: Piece,
 }
 
@@ -38,14 +40,17 @@ impl Question {
     /// # Errors
     /// [`ShapeError`] when it is no surface.
     pub fn of(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, ShapeError> {
+        let pieces = pieces(points, triangles)?;
+        let whole = pieces.first().map_or(1.0, |piece| piece.size);
         let asked = |piece: Piece| {
+            let share = (piece.size / whole).powi(2);
             let described = described(&piece, COUNT, MORE);
             let unit = |p: &Point3<f64>| Point3::from((p - described.centroid) / described.size);
             let points: Vec<_> = piece.points.iter().map(unit).collect();
             let normals = Facets::new(&points, &piece.triangles).normals;
-            Asked { surface: Surface::new(&points, &piece.triangles), normals, described, piece }
+            Asked { surface: Surface::new(&points, &piece.triangles), normals, share, described, piece }
         };
-        Ok(Self { pieces: pieces(points, triangles)?.into_par_iter().map(asked).collect() })
+        Ok(Self { pieces: pieces.into_par_iter().map(asked).collect() })
     }
 
     /// How many parts ask on their own; 0 when the whole hangs together.

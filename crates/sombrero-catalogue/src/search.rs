@@ -14,12 +14,12 @@ use crate::portrait::Likeness;
 use crate::question::{Asked, Question};
 use crate::segment::Segment;
 use crate::settle::{Settled, settle};
-use crate::vote::{Ballot, Voted};
+use crate::vote::{Ballots, Voted};
 
-/// Pieces whose landmarks are compared one by one, for each piece of the suspect: as many when the suspect has one, when it has several.
-const COMPARED: [usize; 2] = [240, 100];
+/// Pieces whose landmarks are compared one by one: for the whole suspect, and the least for a part of it.
+const COMPARED: (usize, usize) = (750, 100);
 /// Fits that are laid on the suspect's surface, likewise.
-const SETTLED: [usize; 2] = [80, 24];
+const SETTLED: (usize, usize) = (150, 24);
 /// The least and largest distance at which a landmark still lies on the suspect, and that distance as a multiple of the best
 /// candidate's lower quartile.
 const REACH: (f64, f64) = (0.004, 0.03);
@@ -66,49 +66,48 @@ pub(crate) fn search(
     question: &Question,
     options: &SearchOptions,
 ) -> Result<Vec<Candidate>, CatalogueError> {
+    let voted = voted(segments, question, COMPARED.0)?;
     let ask = |(number, asked): (usize, &Asked)| -> Result<Vec<Candidate>, CatalogueError> {
-        let voted = voted(segments, &asked.described, compared_of(question))?;
-        let compared = compared(segments, &asked.described, &voted)?;
-        Ok(settled(number, asked, compared, settled_of(question)))
+        let compared = compared(segments, asked, &voted[number])?;
+        Ok(settled(number, asked, compared))
     };
-    let lists = question.pieces.par_iter().enumerate().map(|(number, asked)| ask((number, asked)));
+    let lists = question.pieces.par_iter().enumerate().map(ask);
     Ok(in_order(lists.collect::<Result<_, _>>()?, options.top))
 }
 
-/// How many pieces are compared for each piece of the suspect.
-pub(crate) fn compared_of(question: &Question) -> usize {
-    COMPARED[usize::from(question.pieces.len() > 1)]
+/// Of a number for the whole suspect and the least for a part what is due to a part.
+fn due((whole, least): (usize, usize), asked: &Asked) -> usize {
+    least.max((whole as f64 * asked.share) as usize)
 }
 
-/// How many fits are laid on each piece of the suspect.
-pub(crate) fn settled_of(question: &Question) -> usize {
-    SETTLED[usize::from(question.pieces.len() > 1)]
-}
-
-/// The pieces of all segments with most votes, best first, with the segment of each.
+/// For each piece of the suspect the pieces of all segments with most votes, best first, with the segment of each.
 pub(crate) fn voted(
     segments: &[Segment],
-    asked: &Described,
+    question: &Question,
     most: usize,
-) -> Result<Vec<(Voted, usize)>, CatalogueError> {
-    let ballot = Ballot::new(asked);
-    let count = |(index, segment): (usize, &Segment)| {
-        let found = ballot.count(&segment.lists, |entry| segment.alive(entry), most);
-        let found = found.map_err(CatalogueError::io(&segment.path))?;
-        Ok::<_, CatalogueError>(found.into_iter().map(|voted| (voted, index)).collect::<Vec<_>>())
+) -> Result<Vec<Vec<(Voted, usize)>>, CatalogueError> {
+    let described: Vec<&Described> = question.pieces.iter().map(|asked| &asked.described).collect();
+    let ballots = Ballots::new(described);
+    let count = |segment: &Segment| {
+        let found = ballots.count(&segment.lists, |entry| segment.alive(entry), most);
+        found.map_err(CatalogueError::io(&segment.path))
     };
-    let found: Vec<Vec<(Voted, usize)>> =
-        segments.par_iter().enumerate().map(count).collect::<Result<_, _>>()?;
-    let mut found = found.concat();
-    found.sort_unstable();
-    found.truncate(most);
-    Ok(found)
+    let found: Vec<Vec<Vec<Voted>>> = segments.par_iter().map(count).collect::<Result<_, _>>()?;
+    let of_piece = |piece: usize| {
+        let of_all = found.iter().enumerate();
+        let of_all = of_all.flat_map(|(index, lists)| lists[piece].iter().map(move |voted| (*voted, index)));
+        let mut voted: Vec<(Voted, usize)> = of_all.collect();
+        voted.sort_unstable();
+        voted.truncate(most);
+        voted
+    };
+    Ok((0..question.pieces.len()).map(of_piece).collect())
 }
 
 /// The ways in which those fit whose landmarks lie as the suspect's, best first.
 pub(crate) fn compared(
     segments: &[Segment],
-    asked: &Described,
+    asked: &Asked,
     voted: &[(Voted, usize)],
 ) -> Result<Vec<Compared>, CatalogueError> {
     let compare = |(voted, index): &(Voted, usize)| {
@@ -126,9 +125,10 @@ pub(crate) fn compared(
             likeness: likeness.clone(),
             fit,
         };
-        Ok(fits(asked, &likeness, voted.rung).into_iter().map(with).collect())
+        Ok(fits(&asked.described, &likeness, voted.rung).into_iter().map(with).collect())
     };
-    let found: Vec<Vec<Compared>> = voted.par_iter().map(compare).collect::<Result<_, CatalogueError>>()?;
+    let voted = voted.par_iter().take(due(COMPARED, asked));
+    let found: Vec<Vec<Compared>> = voted.map(compare).collect::<Result<_, CatalogueError>>()?;
     let mut found: Vec<Compared> = found.into_iter().flatten().collect();
     let key = |c: &Compared| (c.hash, c.number, c.fit.mirrored);
     found.sort_by(|a, b| b.fit.score.total_cmp(&a.fit.score).then_with(|| key(a).cmp(&key(b))));
@@ -136,13 +136,8 @@ pub(crate) fn compared(
 }
 
 /// The first of them laid on the suspect's surface: what piece `number` of the suspect brings, best first.
-pub(crate) fn settled(
-    number: usize,
-    asked: &Asked,
-    mut compared: Vec<Compared>,
-    most: usize,
-) -> Vec<Candidate> {
-    compared.truncate(most);
+pub(crate) fn settled(number: usize, asked: &Asked, mut compared: Vec<Compared>) -> Vec<Candidate> {
+    compared.truncate(due(SETTLED, asked));
     let settled = |c: Compared| {
         let settled = settle(&asked.surface, &asked.normals, &c.likeness, &c.fit);
         (c, settled)
@@ -150,8 +145,11 @@ pub(crate) fn settled(
     let found: Vec<(Compared, Settled)> = compared.into_par_iter().map(settled).collect();
     let best = found.iter().map(|(_, settled)| settled.quartile()).fold(f64::INFINITY, f64::min);
     let reach = (QUARTILES * best).clamp(REACH.0, REACH.1);
+    // What covers a crumb of a crop tells little of the whole, and must not fill the list; a small object of a scene is told of
+    // all the same.
+    let covering = asked.share.sqrt().sqrt();
     let candidate = |(compared, settled): (Compared, Settled)| {
-        let worth = if compared.fit.mirrored { MIRRORED } else { 1.0 };
+        let worth = if compared.fit.mirrored { MIRRORED } else { 1.0 } * covering;
         Candidate {
             score: settled.score(reach) * worth,
             part: number.checked_sub(1),

@@ -14,15 +14,15 @@
 
 use std::cmp::Reverse;
 
+use rayon::prelude::*;
+
 use crate::describe::Described;
 use crate::features::{cells_near, signature, telling};
-use crate::lists::{Lists, PieceOf};
+use crate::lists::{Lists, PieceOf, Postings};
 use crate::question::MORE;
 
 /// Cells that a landmark looks into at each rung.
 const PROBES: usize = 16;
-/// Votes by how many bits of the signatures differ.
-const VOTES: [u16; 8] = [16, 14, 12, 9, 6, 4, 2, 1];
 const RUNGS: usize = 2 * MORE + 1;
 
 /// A piece of a segment and its votes.
@@ -44,131 +44,135 @@ pub(crate) struct Voted {
 struct Probe {
     landmark: u16,
     rung: u16,
-    /// Index into the ballot's cells.
-    cell: u32,
+    cell: u16,
     signature: u16,
     /// What a vote is multiplied with.
     weight: u16,
 }
 
 impl Probe {
-    /// What it finds in a landmark of the cell with the signature `other`.
-    fn vote(&self, other: u16) -> u32 {
-        let differing = (self.signature ^ other).count_ones() as usize;
-        VOTES.get(differing).map_or(0, |&vote| u32::from(vote * self.weight))
+    /// What it finds in a landmark of the cell with the signature `other`: 16, 14, 12, 9, 6, 4, 2, 1 and then nothing, by how many
+    /// bits differ. Written as a sum of ramps, so that many are told at once.
+    fn vote(&self, other: u16) -> u16 {
+        let differing = (self.signature ^ other).count_ones() as u16;
+        let below = |end: u16| end.saturating_sub(differing);
+        (below(8) + below(6) + below(4) - below(2)) * self.weight
     }
 }
 
-/// What a piece asks of every segment.
-pub(crate) struct Ballot {
+/// What the pieces of a suspect ask of every segment.
+pub(crate) struct Ballots {
     /// All cells that are probed, each once, ascending.
     cells: Vec<u16>,
-    /// By landmark and rung.
+    ballots: Vec<Ballot>,
+}
+
+impl Ballots {
+    pub(crate) fn new<'a>(asked: impl IntoParallelIterator<Item = &'a Described>) -> Self {
+        let ballots: Vec<Ballot> = asked.into_par_iter().map(Ballot::new).collect();
+        let mut cells: Vec<u16> =
+            ballots.iter().flat_map(|ballot| &ballot.by_cell).map(|probe| probe.cell).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        Self { cells, ballots }
+    }
+
+    /// For each piece of the suspect the `most` pieces with most votes, best first; `alive` says which entries count. Lists are read
+    /// once for all.
+    pub(crate) fn count(
+        &self,
+        lists: &Lists,
+        alive: impl Fn(u32) -> bool + Sync,
+        most: usize,
+    ) -> std::io::Result<Vec<Vec<Voted>>> {
+        let postings = lists.postings(&self.cells)?;
+        let pieces = lists.head.pieces.len();
+        let count = |ballot: &Ballot| {
+            let sums =
+                [ballot.found_by_suspect(&postings, pieces), ballot.found_by_pieces(&postings, pieces)];
+            ranked(lists, &sums, &alive, most)
+        };
+        Ok(self.ballots.par_iter().map(count).collect())
+    }
+}
+
+/// What one piece asks.
+struct Ballot {
+    /// By rung and landmark.
     by_landmark: Vec<Probe>,
     /// The same by cell and rung.
     by_cell: Vec<Probe>,
 }
 
 impl Ballot {
-    pub(crate) fn new(asked: &Described) -> Self {
-        let mut cells = Vec::new();
+    fn new(asked: &Described) -> Self {
         let mut by_landmark = Vec::new();
         for (landmark, described) in (0..).zip(&asked.landmarks) {
             for (rung, looks) in (0..).zip(&described.looks) {
                 let weight = telling(looks) as u16;
-                for cell in cells_near(looks, PROBES) {
+                by_landmark.extend(cells_near(looks, PROBES).into_iter().map(|cell| {
                     let signature = signature(looks, cell);
-                    cells.push(cell);
-                    by_landmark.push(Probe { landmark, rung, cell: u32::from(cell), signature, weight });
-                }
+                    Probe { landmark, rung, cell, signature, weight }
+                }));
             }
         }
-        cells.sort_unstable();
-        cells.dedup();
-        for probe in &mut by_landmark {
-            probe.cell = cells.partition_point(|cell| u32::from(*cell) < probe.cell) as u32;
-        }
+        by_landmark.sort_by_key(|probe| (probe.rung, probe.landmark));
         let mut by_cell = by_landmark.clone();
         by_cell.sort_by_key(|probe| (probe.cell, probe.rung));
-        Self { cells, by_landmark, by_cell }
+        Self { by_landmark, by_cell }
     }
 
-    /// The `most` pieces with most votes, best first; `alive` says which entries count.
-    pub(crate) fn count(
-        &self,
-        lists: &Lists,
-        alive: impl Fn(u32) -> bool,
-        most: usize,
-    ) -> std::io::Result<Vec<Voted>> {
-        let read = |&cell: &u16| Ok(postings(&lists.list(cell)?));
-        let found: Vec<Vec<Posting>> = self.cells.iter().map(read).collect::<std::io::Result<_>>()?;
-        let slots = lists.head.pieces.len() * RUNGS;
-        let sums = [self.found_by_suspect(&found, slots), self.found_by_pieces(&found, slots)];
-        Ok(ranked(lists, &sums, alive, most))
-    }
-
-    /// Σ_i max_j v(i, j) by piece and rung.
-    fn found_by_suspect(&self, found: &[Vec<Posting>], slots: usize) -> Vec<u32> {
-        let mut sums = vec![0; slots];
-        let mut best = vec![0; slots];
-        let mut touched = Vec::new();
-        for probes in self.by_landmark.chunk_by(|a, b| (a.landmark, a.rung) == (b.landmark, b.rung)) {
+    /// Σ_i max_j v(i, j) by rung and piece.
+    fn found_by_suspect(&self, postings: &Postings, pieces: usize) -> Vec<u16> {
+        let mut sums = vec![0u16; pieces * RUNGS];
+        let mut best = vec![0; pieces];
+        let mut votes = Vec::new();
+        for probes in self.by_landmark.chunk_by(|a, b| (a.rung, a.landmark) == (b.rung, b.landmark)) {
             for probe in probes {
-                for posting in &found[probe.cell as usize] {
-                    let slot = posting.slot(probe.rung);
-                    let Some(best) = best.get_mut(slot) else { continue };
-                    let vote = probe.vote(posting.signature);
-                    if *best == 0 && vote > 0 {
-                        touched.push(slot);
-                    }
+                let list = postings.list(probe.cell);
+                votes.clear();
+                votes.extend(list.signatures.iter().map(|&other| probe.vote(other)));
+                for (&piece, &vote) in list.pieces.iter().zip(&votes) {
+                    let Some(best) = best.get_mut(usize::from(piece)) else { continue };
                     *best = vote.max(*best);
                 }
             }
-            for slot in touched.drain(..) {
-                sums[slot] += std::mem::take(&mut best[slot]);
+            let sums = &mut sums[usize::from(probes[0].rung) * pieces..][..pieces];
+            for (sum, best) in sums.iter_mut().zip(&mut best) {
+                *sum = sum.saturating_add(std::mem::take(best));
             }
         }
         sums
     }
 
-    /// Σ_j max_i v(i, j) by piece and rung.
-    fn found_by_pieces(&self, found: &[Vec<Posting>], slots: usize) -> Vec<u32> {
-        let mut sums = vec![0; slots];
+    /// Σ_j max_i v(i, j) by rung and piece.
+    fn found_by_pieces(&self, postings: &Postings, pieces: usize) -> Vec<u16> {
+        let mut sums = vec![0u16; pieces * RUNGS];
+        let mut votes: Vec<u16> = Vec::new();
         for probes in self.by_cell.chunk_by(|a, b| (a.cell, a.rung) == (b.cell, b.rung)) {
-            for posting in &found[probes[0].cell as usize] {
-                let best = probes.iter().map(|probe| probe.vote(posting.signature)).max();
-                if let Some(sum) = sums.get_mut(posting.slot(probes[0].rung)) {
-                    *sum += best.unwrap_or(0);
+            let list = postings.list(probes[0].cell);
+            votes.clear();
+            votes.resize(list.signatures.len(), 0);
+            for probe in probes {
+                for (vote, &other) in votes.iter_mut().zip(list.signatures) {
+                    *vote = probe.vote(other).max(*vote);
                 }
             }
+            let sums = &mut sums[usize::from(probes[0].rung) * pieces..][..pieces];
+            for (&piece, &vote) in list.pieces.iter().zip(&votes) {
+                let Some(sum) = sums.get_mut(usize::from(piece)) else { continue };
+                *sum = sum.saturating_add(vote);
+            }
         }
         sums
     }
 }
 
-/// A landmark of a piece, in the list of a cell.
-struct Posting {
-    piece: u16,
-    signature: u16,
-}
-
-impl Posting {
-    fn slot(&self, rung: u16) -> usize {
-        usize::from(self.piece) * RUNGS + usize::from(rung)
-    }
-}
-
-fn postings(list: &[u8]) -> Vec<Posting> {
-    let number = |a, b| u16::from_le_bytes([a, b]);
-    list.chunks_exact(4)
-        .map(|p| Posting { piece: number(p[0], p[1]), signature: number(p[2], p[3]) })
-        .collect()
-}
-
-fn ranked(lists: &Lists, sums: &[Vec<u32>; 2], alive: impl Fn(u32) -> bool, most: usize) -> Vec<Voted> {
+fn ranked(lists: &Lists, sums: &[Vec<u16>; 2], alive: impl Fn(u32) -> bool, most: usize) -> Vec<Voted> {
+    let pieces = lists.head.pieces.len();
     let of_piece = |(piece, of): (usize, &PieceOf)| {
         let votes = |rung: usize| {
-            let [a, b] = sums.each_ref().map(|sums| about(&sums[piece * RUNGS..(piece + 1) * RUNGS], rung));
+            let [a, b] = sums.each_ref().map(|sums| about(|rung| sums[rung * pieces + piece], rung));
             a * b / u64::from(of.landmarks.max(1))
         };
         let (votes, Reverse(rung)) = (0..RUNGS).map(|rung| (votes(rung), Reverse(rung))).max()?;
@@ -191,9 +195,10 @@ fn ranked(lists: &Lists, sums: &[Vec<u32>; 2], alive: impl Fn(u32) -> bool, most
 }
 
 /// A rung's own sum twice, its neighbours' once.
-fn about(sums: &[u32], rung: usize) -> u64 {
-    let at = |rung: usize| u64::from(sums.get(rung).copied().unwrap_or(0));
-    2 * at(rung) + at(rung + 1) + rung.checked_sub(1).map_or(0, at)
+fn about(sum: impl Fn(usize) -> u16, rung: usize) -> u64 {
+    let below = rung.checked_sub(1).map_or(0, &sum);
+    let above = if rung + 1 < RUNGS { sum(rung + 1) } else { 0 };
+    2 * u64::from(sum(rung)) + u64::from(below) + u64::from(above)
 }
 
 #[cfg(test)]
@@ -225,8 +230,8 @@ mod tests {
             (Place { hash, offset: 0, length: 0 }, portrait)
         };
         let lists = Lists::of((0..).zip(models).map(entry).collect(), Vec::new());
-        let found = Ballot::new(&described(suspect)).count(&lists, |_| true, 9).unwrap();
-        found.into_iter().map(|voted| voted.hash).collect()
+        let found = Ballots::new([&described(suspect)]).count(&lists, |_| true, 9).unwrap();
+        found.concat().into_iter().map(|voted| voted.hash).collect()
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 mod families;
 mod jitter;
+mod marked;
 mod measure;
 mod nearer;
 mod nets;
@@ -41,6 +42,12 @@ pub(crate) struct CatalogueArgs {
     /// Where the catalogue is built; one that is there is used. Default: a temporary folder.
     #[arg(long, value_name = "DIR")]
     work: Option<PathBuf>,
+    /// Only marks so many originals, makes suspects of the copies, and looks whether `search` names owner and buyer.
+    #[arg(long, value_name = "N")]
+    marked: Option<u64>,
+    /// With --marked: so many suspects besides that carry no mark.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "marked")]
+    foreign: u64,
     /// Only trains the table of features anew, from generated shapes, and writes it here.
     #[arg(long, value_name = "FILE")]
     train: Option<PathBuf>,
@@ -77,6 +84,11 @@ pub(crate) fn run(args: &CatalogueArgs) -> anyhow::Result<()> {
     if let Some(file) = &args.train {
         return train::run(file);
     }
+    let temporary = std::env::temp_dir().join(format!("sombrero-catalogue-{}", std::process::id()));
+    let folder = args.work.clone().unwrap_or_else(|| temporary.clone());
+    if let Some(copies) = args.marked {
+        return marked::run(&folder, copies, args.foreign, &args.out);
+    }
     let mut originals: Vec<Original> = (0..args.originals).map(Original::generated).collect();
     for folder in &args.real {
         originals.extend(real(folder)?);
@@ -84,8 +96,6 @@ pub(crate) fn run(args: &CatalogueArgs) -> anyhow::Result<()> {
     if originals.is_empty() {
         bail!("a catalogue of nothing answers nothing");
     }
-    let temporary = std::env::temp_dir().join(format!("sombrero-catalogue-{}", std::process::id()));
-    let folder = args.work.clone().unwrap_or_else(|| temporary.clone());
     let build_seconds = (!folder.exists()).then(|| build(&folder, &originals, args.jitter)).transpose()?;
     let record = measured(args, &folder, &originals, build_seconds)?;
     if args.work.is_none() {
