@@ -22,7 +22,7 @@ mod walls;
 
 use rayon::prelude::*;
 use sombrero_basis::{Basis, Rows};
-use sombrero_coupling::{Assembly, Coupling};
+use sombrero_coupling::{Assembly, Coupling, Views};
 use sombrero_spectral::{Here, Onlooker, Sight};
 use walls::Walls;
 
@@ -42,11 +42,11 @@ const CHUNK: usize = 4096;
 pub(crate) fn kept_apart(
     basis: Basis,
     assembly: &Assembly<'_>,
-    coupling: &Coupling,
+    (coupling, views): (&Coupling, &Views),
     side: f64,
     epsilon: f64,
 ) -> Basis {
-    match limits(&basis, assembly, coupling, side, epsilon) {
+    match limits(&basis, assembly, (coupling, views), side, epsilon) {
         Some(limits) => basis.scaled(|function, point| limits.factor(function, point)),
         None => basis,
     }
@@ -56,13 +56,13 @@ pub(crate) fn kept_apart(
 fn limits(
     basis: &Basis,
     assembly: &Assembly<'_>,
-    coupling: &Coupling,
+    (coupling, views): (&Coupling, &Views),
     side: f64,
     epsilon: f64,
 ) -> Option<Limits> {
     let rows = rows(basis);
     let at: Vec<&Here> = rows.iter().flat_map(Rows::iter).collect();
-    let walls = Walls::find(basis, &at, assembly, epsilon, GAIN);
+    let walls = Walls::find(basis, &at, assembly, views, epsilon, GAIN);
     if !walls.bind(1.0) {
         return None;
     }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sombrero_basis::Basis;
-use sombrero_coupling::{Assembly, Facing, facing};
+use sombrero_coupling::{Assembly, Facing, Views};
 use sombrero_spectral::{Here, next_field};
 
 /// As large as one of a model's many Gaussian numbers gets.
@@ -36,15 +36,15 @@ impl Walls {
         basis: &Basis,
         at: &[&Here],
         assembly: &Assembly<'_>,
+        views: &Views,
         epsilon: f64,
         gain: f64,
     ) -> Self {
         let deviations: Vec<f64> = basis.deviations().iter().map(|sigma| LARGEST * epsilon * sigma).collect();
         let longest = deviations.iter().copied().fold(0.0, f64::max);
         let farthest: Vec<f64> = deviations.iter().map(|d| gain * (d + longest) / CHANGE).collect();
-        let mut pairs = facing(assembly, &farthest);
         // Most move too little to matter, whatever the two do.
-        pairs.retain(|pair| {
+        let mut pairs = views.facing(assembly, &farthest, |pair| {
             let most: f64 = pair.terms.iter().map(|(v, map)| map.norm() * deviations[*v as usize]).sum();
             CHANGE * pair.distance < gain * most
         });

@@ -92,13 +92,9 @@ impl<'a> Embedder<'a> {
         if let Some(triangles) = unjoined(&model) {
             return Err(EmbedError::Unjoined { triangles });
         }
-        // The conversion takes one thread; what else needs the model alone takes another meanwhile.
         let (mut progressive, coarser) = rayon::join(
-            || seconds.time("conversion", || model.progressive()),
-            || {
-                model.coupling();
-                self_test::coarser(&model)
-            },
+            || seconds.time("conversion", || model.converted(&wanted)),
+            || self_test::coarser(&model),
         );
         let choice =
             seconds.time("basis", || Choice::new(&model, &mut progressive, parameters, fewer_if_small))?;
