@@ -3,6 +3,7 @@
 mod amplitudes;
 mod candidates;
 mod carry;
+mod columns;
 mod envelope;
 mod evidence;
 mod fields;
@@ -21,6 +22,7 @@ mod together;
 mod turning;
 mod visibility;
 
+pub use columns::Columns;
 pub use fields::{Field, Fields, FieldsError, FieldsOptions};
 pub use sight::{Onlooker, Sight};
 pub use together::{Here, next_field};
