@@ -21,7 +21,7 @@ mod thin;
 mod walls;
 
 use rayon::prelude::*;
-use sombrero_basis::{Basis, Rows};
+use sombrero_basis::Basis;
 use sombrero_coupling::{Assembly, Coupling, Views};
 use sombrero_spectral::{Here, Onlooker, Sight};
 use walls::Walls;
@@ -34,9 +34,6 @@ const ROUNDS: usize = 3;
 
 /// All but a hundredth of the area may turn by so much at most, in root mean squares of what all turned before.
 const TAIL: f64 = 2.8;
-
-/// Points whose functions one task looks up.
-const CHUNK: usize = 4096;
 
 /// The basis of fields with walls and gaps kept at ε.
 pub(crate) fn kept_apart(
@@ -60,23 +57,30 @@ fn limits(
     side: f64,
     epsilon: f64,
 ) -> Option<Limits> {
-    let rows = rows(basis);
-    let at: Vec<&Here> = rows.iter().flat_map(Rows::iter).collect();
+    let rows = basis.all_rows();
+    let at: Vec<&Here> = rows.iter().collect();
     let walls = Walls::find(basis, &at, assembly, views, epsilon, GAIN);
     if !walls.bind(1.0) {
         return None;
     }
-    let onlooker = Onlooker::new(assembly.points, assembly.triangles);
-    let links = points::links(assembly, coupling, &walls.pairs, &onlooker.planar(side));
-    let changes = functions::changes(basis, &walls);
-    let squares = squares(basis, |_, _| 1.0);
+    let look = || {
+        let onlooker = Onlooker::new(assembly.points, assembly.triangles);
+        let links = points::links(assembly, coupling, &walls.pairs, &onlooker.planar(side));
+        (onlooker, links)
+    };
+    let uses = || (functions::changes(basis, &walls), squares(basis, |_| 1.0));
+    let ((onlooker, links), (changes, squares)) = rayon::join(look, uses);
     let limits = |gain: f64| {
-        let by_point = points::limits(basis, &walls, &links, gain);
-        let Some(changes) = &changes else { return by_point };
-        let by_function = functions::limits(changes, walls.pairs.len(), gain);
-        let left =
-            |limits: &Limits| left(&self::squares(basis, |i, point| limits.factor(i, point)), &squares);
-        if left(&by_function) >= left(&by_point) { by_function } else { by_point }
+        let by_point = || {
+            let limits = points::limits(basis, &walls, &links, gain);
+            (left(&limits, basis, &squares), limits)
+        };
+        let by_function = || {
+            let limits = functions::limits(changes.as_ref()?, walls.pairs.len(), gain);
+            Some((left(&limits, basis, &squares), limits))
+        };
+        let (by_point, by_function) = rayon::join(by_point, by_function);
+        by_function.filter(|by_function| by_function.0 >= by_point.0).unwrap_or(by_point).1
     };
     let whole = onlooker.sight(&at, |_, _| 1.0);
     let (mut gain, mut kept) = (1.0, limits(1.0));
@@ -109,13 +113,6 @@ impl Limits {
     }
 }
 
-/// What each function does at a point, in order of points, by pieces.
-fn rows(basis: &Basis) -> Vec<Rows> {
-    let points = basis.vertex_count();
-    let pieces = (0..points.div_ceil(CHUNK)).into_par_iter();
-    pieces.map(|i| basis.rows(i * CHUNK..((i + 1) * CHUNK).min(points))).collect()
-}
-
 /// How much stronger all may become, given what was seen before anything was limited.
 fn room(now: &Sight, whole: &Sight) -> f64 {
     let room = (whole.normals_rms / now.normals_rms)
@@ -124,17 +121,23 @@ fn room(now: &Sight, whole: &Sight) -> f64 {
     if room.is_finite() { room } else { 1.0 }
 }
 
-/// Σ_i log(0.01 + the share of function i's squares that is left).
-fn left(limited: &[f64], whole: &[f64]) -> f64 {
-    let shares = limited.iter().zip(whole).map(|(limited, whole)| limited / whole.max(f64::MIN_POSITIVE));
-    shares.map(|share| libm::log(0.01 + share)).sum()
+/// Σ_i log(0.01 + the share of function i's squares that is left); `whole` are all of them.
+fn left(limits: &Limits, basis: &Basis, whole: &[f64]) -> f64 {
+    let shares: Vec<f64> = match limits {
+        Limits::OfFunctions(factors) => factors.iter().map(|factor| factor * factor).collect(),
+        Limits::OfPoints(factors) => {
+            let limited = squares(basis, |point| factors[point]);
+            limited.iter().zip(whole).map(|(limited, whole)| limited / whole.max(f64::MIN_POSITIVE)).collect()
+        }
+    };
+    shares.into_iter().map(|share| libm::log(0.01 + share)).sum()
 }
 
-/// The sum of the squares of each function, whose vectors are multiplied by a factor, given the function and the point.
-fn squares(basis: &Basis, factor: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
+/// The sum of the squares of each function, whose vectors are multiplied by a factor, given the point.
+fn squares(basis: &Basis, factor: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
     let of_function = |i: usize| {
         let mut sum = 0.0;
-        crate::coupled::each(basis, i, |row, d| sum += (d * factor(i, row)).norm_squared());
+        crate::coupled::each(basis, i, |row, d| sum += (d * factor(row)).norm_squared());
         sum
     };
     (0..basis.functions().len()).into_par_iter().map(of_function).collect()
