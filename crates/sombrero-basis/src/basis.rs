@@ -19,7 +19,7 @@ use sha2::{Digest, Sha256};
 use sombrero_mesh::{BoundingBox, VertexId};
 use sombrero_progress::Progress;
 use sombrero_progressive::ProgressiveMesh;
-use sombrero_spectral::{Fields, FieldsOptions};
+use sombrero_spectral::{Columns, Fields, FieldsOptions};
 
 /// Which functions to build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,9 +111,7 @@ impl Basis {
         let options = FieldsOptions { most, ..FieldsOptions::default() };
         let fields = Fields::new(progressive, points, &options)
             .map_err(|_| BasisError::TooFewFields { available: 0 })?;
-        let (lengths, rows, vectors) = fields.columns.into_parts();
-        let made = Self::from_vectors(points.len(), &lengths, rows, vectors);
-        Ok(made.expect("each field has its vertices once, in order, and finite numbers"))
+        Ok(Self::of_columns(points.len(), fields.columns))
     }
 
     fn of_splits(
@@ -194,6 +192,17 @@ impl Basis {
             .expect("each field has its vertices once, in order")
     }
 
+    /// The same of columns.
+    ///
+    /// # Panics
+    /// When a column names a vertex that is not below `vertices`, or a number is not finite.
+    pub fn of_columns(vertices: usize, columns: Columns) -> Self {
+        let (lengths, rows, vectors) = columns.into_parts();
+        let rows = rows.into_par_iter().map(|row| row as usize).collect();
+        Self::from_vectors(vertices, &lengths, rows, vectors)
+            .expect("columns have their vertices once, in order, and numbers are finite")
+    }
+
     /// The same from columns: how many entries each has, and all their rows and vectors one column after the other.
     ///
     /// # Errors
@@ -227,25 +236,6 @@ impl Basis {
         };
         let functions = (0..vectors.ncols()).into_par_iter().map(function).collect();
         Self { values: CscMatrix::zeros(vectors.nrows(), vectors.ncols()), functions, vectors: Some(vectors) }
-    }
-
-    /// The basis whose functions are vectors, each vector times a factor, given its function and its vertex.
-    ///
-    /// # Panics
-    /// When functions are not vectors, or a product is not finite.
-    #[must_use]
-    pub fn scaled(self, factor: impl Fn(usize, usize) -> f64 + Sync) -> Self {
-        let mut vectors = self.vectors.expect("functions that are vectors");
-        let columns: Vec<_> = vectors.col_iter_mut().collect();
-        columns.into_par_iter().enumerate().for_each(|(i, mut column)| {
-            let (rows, values) = column.rows_and_values_mut();
-            rows.iter().zip(values).for_each(|(row, d)| *d *= factor(i, *row));
-        });
-        assert!(
-            vectors.values().par_iter().all(|d| d.iter().all(|x| x.is_finite())),
-            "numbers that are finite"
-        );
-        Self::of_matrix(vectors)
     }
 
     /// B at ε = 1 where functions are vectors.

@@ -36,14 +36,14 @@ const NOTHING: f64 = 1e-4;
 const GROWTH: f64 = 4.0;
 
 /// Vertices that one task takes.
-const CHUNK: usize = 1024;
+const CHUNK: usize = 256;
 
 /// Vertices whose lists are made before they are put behind the others: no more memory is needed for both.
 const AT_ONCE: usize = 64 * CHUNK;
 
 /// The fields at each vertex of the full mesh, up a ladder from the level whose vertices, by the full mesh's index, they move.
 pub(crate) fn carry(
-    ladder: &Ladder,
+    ladder: Ladder,
     points: &[Point3<f64>],
     triangles: &[[u32; 3]],
     planes: &Planes,
@@ -51,7 +51,7 @@ pub(crate) fn carry(
 ) -> Lists {
     let mut lists = Lists::of_fields(points.len(), fields.iter().map(|field| &field.moves));
     let rules = Rules::new(points, triangles, planes, fields);
-    for rung in &ladder.rungs {
+    for rung in ladder.rungs {
         for splits in rung.together().flat_map(|splits| splits.chunks(AT_ONCE)) {
             let mean = |split: &u32, scratch: &mut Scratch| {
                 let ring = rung.new.at(*split as usize);

@@ -11,16 +11,19 @@ const CHUNK: usize = 1 << 14;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Columns {
     lengths: Vec<usize>,
-    vertices: Vec<usize>,
+    vertices: Vec<u32>,
     vectors: Vec<Vector3<f64>>,
 }
 
 /// The places of a column that one task fills.
-type Part<'a> = std::iter::Zip<std::slice::IterMut<'a, usize>, std::slice::IterMut<'a, Vector3<f64>>>;
+type Part<'a> = std::iter::Zip<std::slice::IterMut<'a, u32>, std::slice::IterMut<'a, Vector3<f64>>>;
 
 impl Columns {
-    /// Of what each field does at each vertex, which is scaled.
-    pub(crate) fn new(at: &[&Here], fields: usize, scale: f64) -> Self {
+    /// Of what each of so many fields does at each vertex, times a factor, given the field and the vertex.
+    ///
+    /// # Panics
+    /// When a field is not below `fields`.
+    pub fn new(at: &[&Here], fields: usize, factor: impl Fn(u32, u32) -> f64 + Sync) -> Self {
         let count = |at: &[&Here]| {
             let mut counts = vec![0; fields];
             at.iter().copied().flatten().for_each(|(i, _)| counts[*i as usize] += 1);
@@ -32,17 +35,16 @@ impl Columns {
         let mut vertices = vec![0; total];
         // By many threads, since what is new memory is made when it is first written to.
         let mut vectors: Vec<Vector3<f64>> = rayon::iter::repeat_n(Vector3::zeros(), total).collect();
-        at.par_chunks(CHUNK).zip(parts(&counts, &mut vertices, &mut vectors)).enumerate().for_each(
-            |(chunk, (at, mut parts))| {
-                for (v, (i, d)) in
-                    (chunk * CHUNK..).zip(at).flat_map(|(v, here)| here.iter().map(move |e| (v, e)))
-                {
+        let fill = |(chunk, (at, mut parts)): (usize, (&[&Here], Vec<Part<'_>>))| {
+            for (v, here) in ((chunk * CHUNK) as u32..).zip(at) {
+                for (i, d) in *here {
                     if let Some((vertex, vector)) = parts[*i as usize].next() {
-                        (*vertex, *vector) = (v, d * scale);
+                        (*vertex, *vector) = (v, d * factor(*i, v));
                     }
                 }
-            },
-        );
+            }
+        };
+        at.par_chunks(CHUNK).zip(parts(&counts, &mut vertices, &mut vectors)).enumerate().for_each(fill);
         Self { lengths, vertices, vectors }
     }
 
@@ -62,13 +64,13 @@ impl Columns {
         self.lengths.iter().map(move |length| {
             let column = end..end + length;
             end = column.end;
-            let vertices = self.vertices[column.clone()].iter().map(|v| *v as u32);
+            let vertices = self.vertices[column.clone()].iter().copied();
             vertices.zip(self.vectors[column].iter().copied())
         })
     }
 
     /// How many entries each has, and the vertices and displacements of all.
-    pub fn into_parts(self) -> (Vec<usize>, Vec<usize>, Vec<Vector3<f64>>) {
+    pub fn into_parts(self) -> (Vec<usize>, Vec<u32>, Vec<Vector3<f64>>) {
         (self.lengths, self.vertices, self.vectors)
     }
 
@@ -81,7 +83,7 @@ impl Columns {
 /// For each chunk its part of each column; `counts` says how long it is.
 fn parts<'a>(
     counts: &[Vec<usize>],
-    mut vertices: &'a mut [usize],
+    mut vertices: &'a mut [u32],
     mut vectors: &'a mut [Vector3<f64>],
 ) -> Vec<Vec<Part<'a>>> {
     let mut parts: Vec<Vec<Part<'a>>> =
@@ -108,12 +110,12 @@ mod tests {
         let rows: Vec<Vec<(u32, Vector3<f64>)>> =
             (0..3 * CHUNK + 5).map(|v| fields_of(v).map(|i| (i, d(v, i))).collect()).collect();
         let at: Vec<&Here> = rows.iter().map(Vec::as_slice).collect();
-        let columns = Columns::new(&at, 5, 2.0);
+        let columns = Columns::new(&at, 5, |i, _| f64::from(i + 1));
         assert_eq!(columns.len(), 5);
         for (i, column) in (0..).zip(columns.iter()) {
             let expected = (0..rows.len()).filter(|v| fields_of(*v).any(|k| k == i));
-            assert!(column.eq(expected.map(|v| (v as u32, d(v, i) * 2.0))));
+            assert!(column.eq(expected.map(|v| (v as u32, d(v, i) * f64::from(i + 1)))));
         }
-        assert!(Columns::new(&[], 0, 1.0).is_empty());
+        assert!(Columns::new(&[], 0, |_, _| 1.0).is_empty());
     }
 }

@@ -123,11 +123,11 @@ impl Fields {
             rayon::join(|| Ladder::climb(progressive, points.len()), sought);
         let chosen = chosen?;
 
-        let mut lists = carry(&ladder, points, &full.triangles, &planes, &chosen);
+        let mut lists = carry(ladder, points, &full.triangles, &planes, &chosen);
         if level.source.len() < points.len() && is_machined(&full, planes.of_face()) {
             let mut stays = vec![false; points.len()];
             level.source.iter().for_each(|v| stays[v.index()] = true);
-            let fields = Columns::new(&lists.all(), chosen.len(), 1.0);
+            let fields = Columns::new(&lists.all(), chosen.len(), |_, _| 1.0);
             let fields = fields.iter().map(Iterator::collect).collect();
             lists = Lists::of_fields(points.len(), &settled(&full, &planes, &stays, fields));
         }
@@ -143,7 +143,7 @@ impl Fields {
         let scale = unit * within_reach(&full, &at, turned, options).min(room);
         drop(turns);
         let planes = planes.count();
-        let columns = Columns::new(&at, chosen.len(), scale);
+        let columns = Columns::new(&at, chosen.len(), |_, _| scale);
         progress.advance(1);
         // Coordinates close to the limits of numbers have fields beyond them.
         if !columns.are_finite() {

@@ -11,7 +11,7 @@
 
 use super::Limits;
 use super::walls::Walls;
-use sombrero_basis::Basis;
+use sombrero_spectral::Here;
 
 const ITERATIONS: usize = 40;
 
@@ -19,9 +19,16 @@ const ITERATIONS: usize = 40;
 const MOST: usize = 20_000_000;
 
 /// What each function uses of the pairs that it changes, as shares of what is allowed; `None` where there are too many.
-pub(super) fn changes(basis: &Basis, walls: &Walls) -> Option<Vec<Vec<(u32, f64)>>> {
-    let changes = walls.changes(basis);
-    (changes.iter().map(Vec::len).sum::<usize>() <= MOST).then_some(changes)
+pub(super) fn changes(walls: &Walls, at: &[&Here], functions: usize) -> Option<Vec<Vec<(u32, f64)>>> {
+    let of_pairs = walls.changes(at);
+    if of_pairs.iter().map(Vec::len).sum::<usize>() > MOST {
+        return None;
+    }
+    let mut changes = vec![Vec::new(); functions];
+    for (pair, of_pair) in (0..).zip(of_pairs) {
+        of_pair.into_iter().for_each(|(function, share)| changes[function as usize].push((pair, share)));
+    }
+    Some(changes)
 }
 
 /// What functions are multiplied by at this gain.

@@ -20,10 +20,9 @@ mod points;
 mod thin;
 mod walls;
 
-use rayon::prelude::*;
 use sombrero_basis::Basis;
 use sombrero_coupling::{Assembly, Coupling, Views};
-use sombrero_spectral::{Here, Onlooker, Sight};
+use sombrero_spectral::{Columns, Here, Onlooker, Sight};
 use walls::Walls;
 
 /// How much stronger functions are made at most where no wall limits them.
@@ -43,23 +42,31 @@ pub(crate) fn kept_apart(
     side: f64,
     epsilon: f64,
 ) -> Basis {
-    match limits(&basis, assembly, (coupling, views), side, epsilon) {
-        Some(limits) => basis.scaled(|function, point| limits.factor(function, point)),
-        None => basis,
-    }
+    let functions = basis.functions().len();
+    // Both take as much memory as all else together.
+    let rows = basis.all_rows();
+    drop(basis);
+    let at: Vec<&Here> = rows.iter().collect();
+    let limits = limits(&at, functions, assembly, (coupling, views), side, epsilon);
+    let factor =
+        |i: u32, point: u32| limits.as_ref().map_or(1.0, |limits| limits.factor(i as usize, point as usize));
+    let columns = Columns::new(&at, functions, factor);
+    drop(at);
+    drop(rows);
+    Basis::of_columns(assembly.points.len(), columns)
 }
 
-/// What keeps walls and gaps at ε; `None` where none of them is in danger.
+/// What keeps walls and gaps at ε, given what each of so many functions does at each point; `None` where none of them is in
+/// danger.
 fn limits(
-    basis: &Basis,
+    at: &[&Here],
+    functions: usize,
     assembly: &Assembly<'_>,
     (coupling, views): (&Coupling, &Views),
     side: f64,
     epsilon: f64,
 ) -> Option<Limits> {
-    let rows = basis.all_rows();
-    let at: Vec<&Here> = rows.iter().collect();
-    let walls = Walls::find(basis, &at, assembly, views, epsilon, GAIN);
+    let walls = Walls::find(at, functions, assembly, views, epsilon, GAIN);
     if !walls.bind(1.0) {
         return None;
     }
@@ -68,24 +75,24 @@ fn limits(
         let links = points::links(assembly, coupling, &walls.pairs, &onlooker.planar(side));
         (onlooker, links)
     };
-    let uses = || (functions::changes(basis, &walls), squares(basis, |_| 1.0));
+    let uses = || (functions::changes(&walls, at, functions), squares(at, functions, |_| 1.0));
     let ((onlooker, links), (changes, squares)) = rayon::join(look, uses);
     let limits = |gain: f64| {
         let by_point = || {
-            let limits = points::limits(basis, &walls, &links, gain);
-            (left(&limits, basis, &squares), limits)
+            let limits = points::limits(at.len(), &walls, &links, gain);
+            (left(&limits, at, &squares), limits)
         };
         let by_function = || {
             let limits = functions::limits(changes.as_ref()?, walls.pairs.len(), gain);
-            Some((left(&limits, basis, &squares), limits))
+            Some((left(&limits, at, &squares), limits))
         };
         let (by_point, by_function) = rayon::join(by_point, by_function);
         by_function.filter(|by_function| by_function.0 >= by_point.0).unwrap_or(by_point).1
     };
-    let whole = onlooker.sight(&at, |_, _| 1.0);
+    let whole = onlooker.sight(at, |_, _| 1.0);
     let (mut gain, mut kept) = (1.0, limits(1.0));
     for _ in 0..ROUNDS {
-        let now = onlooker.sight(&at, |i, point| kept.factor(i as usize, point as usize));
+        let now = onlooker.sight(at, |i, point| kept.factor(i as usize, point as usize));
         let higher = (gain * room(&now, &whole)).min(GAIN);
         if higher <= gain {
             break;
@@ -122,11 +129,11 @@ fn room(now: &Sight, whole: &Sight) -> f64 {
 }
 
 /// Σ_i log(0.01 + the share of function i's squares that is left); `whole` are all of them.
-fn left(limits: &Limits, basis: &Basis, whole: &[f64]) -> f64 {
+fn left(limits: &Limits, at: &[&Here], whole: &[f64]) -> f64 {
     let shares: Vec<f64> = match limits {
         Limits::OfFunctions(factors) => factors.iter().map(|factor| factor * factor).collect(),
         Limits::OfPoints(factors) => {
-            let limited = squares(basis, |point| factors[point]);
+            let limited = squares(at, whole.len(), |point| factors[point]);
             limited.iter().zip(whole).map(|(limited, whole)| limited / whole.max(f64::MIN_POSITIVE)).collect()
         }
     };
@@ -134,11 +141,11 @@ fn left(limits: &Limits, basis: &Basis, whole: &[f64]) -> f64 {
 }
 
 /// The sum of the squares of each function, whose vectors are multiplied by a factor, given the point.
-fn squares(basis: &Basis, factor: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
-    let of_function = |i: usize| {
-        let mut sum = 0.0;
-        crate::coupled::each(basis, i, |row, d| sum += (d * factor(row)).norm_squared());
-        sum
-    };
-    (0..basis.functions().len()).into_par_iter().map(of_function).collect()
+fn squares(at: &[&Here], functions: usize, factor: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut sums = vec![0.0; functions];
+    for (point, here) in at.iter().enumerate() {
+        let factor = factor(point);
+        here.iter().for_each(|(i, d)| sums[*i as usize] += (d * factor).norm_squared());
+    }
+    sums
 }
