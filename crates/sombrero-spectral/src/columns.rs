@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn columns_are_the_rows_turned() {
         let d = |v: usize, i: u32| Vector3::new(v as f64, f64::from(i), 1.0);
-        let fields_of = |v: usize| (0..5_u32).filter(move |i| (v * 7 + *i as usize) % 3 == 0);
+        let fields_of = |v: usize| (0..5_u32).filter(move |i| (v * 7 + *i as usize).is_multiple_of(3));
         let rows: Vec<Vec<(u32, Vector3<f64>)>> =
             (0..3 * CHUNK + 5).map(|v| fields_of(v).map(|i| (i, d(v, i))).collect()).collect();
         let at: Vec<&Here> = rows.iter().map(Vec::as_slice).collect();

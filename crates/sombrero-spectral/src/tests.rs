@@ -1,7 +1,7 @@
 //! What every set of fields has to hold.
 
 use crate::{Columns, Fields, FieldsOptions};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use sombrero_mesh::{Soup, repair};
 use sombrero_progressive::ProgressiveMesh;
 use sombrero_shapes as shapes;
