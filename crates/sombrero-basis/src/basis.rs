@@ -19,7 +19,7 @@ use sha2::{Digest, Sha256};
 use sombrero_mesh::{BoundingBox, VertexId};
 use sombrero_progress::Progress;
 use sombrero_progressive::ProgressiveMesh;
-use sombrero_spectral::{Fields, FieldsOptions};
+use sombrero_spectral::{Columns, Fields, FieldsOptions};
 
 /// Which functions to build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,7 +111,7 @@ impl Basis {
         let options = FieldsOptions { most, ..FieldsOptions::default() };
         let fields = Fields::new(progressive, points, &options)
             .map_err(|_| BasisError::TooFewFields { available: 0 })?;
-        Ok(Self::of_fields(points.len(), fields.columns))
+        Ok(Self::of_columns(points.len(), fields.columns))
     }
 
     fn of_splits(
@@ -192,6 +192,17 @@ impl Basis {
             .expect("each field has its vertices once, in order")
     }
 
+    /// The same of columns.
+    ///
+    /// # Panics
+    /// When a column names a vertex that is not below `vertices`, or a number is not finite.
+    pub fn of_columns(vertices: usize, columns: Columns) -> Self {
+        let (lengths, rows, vectors) = columns.into_parts();
+        let rows = rows.into_par_iter().map(|row| row as usize).collect();
+        Self::from_vectors(vertices, &lengths, rows, vectors)
+            .expect("columns have their vertices once, in order, and numbers are finite")
+    }
+
     /// The same from columns: how many entries each has, and all their rows and vectors one column after the other.
     ///
     /// # Errors
@@ -202,7 +213,7 @@ impl Basis {
         rows: Vec<usize>,
         vectors: Vec<Vector3<f64>>,
     ) -> Result<Self, PartsError> {
-        if !vectors.iter().flatten().all(|x| x.is_finite()) {
+        if !vectors.par_iter().all(|d| d.iter().all(|x| x.is_finite())) {
             return Err(PartsError::NotFinite);
         }
         let offsets = offsets(lengths).ok_or(PartsError::Lengths)?;
@@ -211,32 +222,20 @@ impl Basis {
         }
         let vectors = CscMatrix::try_from_csc_data(vertices, lengths.len(), offsets, rows, vectors)
             .map_err(|_| PartsError::Rows)?;
-        let functions = vectors.col_iter().map(|column| {
+        Ok(Self::of_matrix(vectors))
+    }
+
+    fn of_matrix(vectors: CscMatrix<Vector3<f64>>) -> Self {
+        let function = |i: usize| {
+            let column = vectors.col(i);
             let entries = column.row_indices().iter().zip(column.values());
             let largest = entries.max_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()));
             let (&centre, &d) = largest.unwrap_or((&0, &Vector3::zeros()));
             let (amplitude, direction) = (d.norm(), d.try_normalize(0.0).unwrap_or_default());
             Function { centre: VertexId::new(centre), split: 0, height: amplitude, direction, amplitude }
-        });
-        let functions = functions.collect();
-        Ok(Self { values: CscMatrix::zeros(vertices, lengths.len()), functions, vectors: Some(vectors) })
-    }
-
-    /// The basis whose functions are vectors, each vector times a factor, given its function and its vertex.
-    ///
-    /// # Panics
-    /// When functions are not vectors, or a product is not finite.
-    #[must_use]
-    pub fn scaled(self, factor: impl Fn(usize, usize) -> f64) -> Self {
-        let vectors = self.vectors.expect("functions that are vectors");
-        let (vertices, lengths) =
-            (vectors.nrows(), vectors.col_iter().map(|column| column.nnz()).collect::<Vec<_>>());
-        let (_, rows, mut values) = vectors.disassemble();
-        let mut entries = rows.iter().zip(&mut values);
-        for (i, length) in lengths.iter().enumerate() {
-            entries.by_ref().take(*length).for_each(|(row, d)| *d *= factor(i, *row));
-        }
-        Self::from_vectors(vertices, &lengths, rows, values).expect("entries are where they were, and finite")
+        };
+        let functions = (0..vectors.ncols()).into_par_iter().map(function).collect();
+        Self { values: CscMatrix::zeros(vectors.nrows(), vectors.ncols()), functions, vectors: Some(vectors) }
     }
 
     /// B at ε = 1 where functions are vectors.
@@ -346,15 +345,18 @@ impl Basis {
     /// [`on_points`](Self::on_points) of functions that are vectors.
     fn vectors_on_points(self, point_of: &[u32], points: usize) -> Self {
         let vectors = self.vectors.expect("functions that are vectors");
-        let mut copies = vec![0.0; points];
-        point_of.iter().for_each(|&p| copies[p as usize] += 1.0);
         if point_of.is_sorted_by(|a, b| a < b) {
             // Other names, and nothing to join: no copy is made.
+            if point_of.len() == points && point_of.iter().all(|p| (*p as usize) < points) {
+                return Self { vectors: Some(vectors), ..self };
+            }
             let lengths: Vec<usize> = vectors.col_iter().map(|column| column.nnz()).collect();
             let (_, mut rows, values) = vectors.disassemble();
             rows.iter_mut().for_each(|row| *row = point_of[*row] as usize);
             return Self::from_vectors(points, &lengths, rows, values).expect("each point is one vertex");
         }
+        let mut copies = vec![0.0; points];
+        point_of.iter().for_each(|&p| copies[p as usize] += 1.0);
         let mean = |column: nalgebra_sparse::csc::CscCol<Vector3<f64>>| {
             let mut merged: Vec<(u32, Vector3<f64>)> = Vec::with_capacity(column.nnz());
             for (&row, d) in column.row_indices().iter().zip(column.values()) {

@@ -2,20 +2,24 @@
 
 use crate::Basis;
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use std::ops::Range;
+
+/// Vertices whose functions one task looks up.
+const CHUNK: usize = 4096;
 
 /// Some rows of B at ε = 1, one behind the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rows {
     /// Where each row starts, and where the last one ends.
-    starts: Vec<u32>,
+    starts: Vec<usize>,
     entries: Vec<(u32, Vector3<f64>)>,
 }
 
 impl Rows {
     /// For each vertex the functions that move it and what a unit of each does there, in order of functions.
     pub fn iter(&self) -> impl Iterator<Item = &[(u32, Vector3<f64>)]> {
-        self.starts.windows(2).map(|ends| &self.entries[ends[0] as usize..ends[1] as usize])
+        self.starts.windows(2).map(|ends| &self.entries[ends[0]..ends[1]])
     }
 }
 
@@ -26,19 +30,47 @@ impl Basis {
     /// When the range ends beyond the vertices.
     pub fn rows(&self, vertices: Range<usize>) -> Rows {
         assert!(vertices.end <= self.vertex_count(), "a row for each vertex");
-        let functions = 0..self.functions().len();
-        let mut starts = vec![0; vertices.len() + 1];
-        functions.clone().for_each(|i| self.part(i, &vertices, |row, _| starts[row + 1] += 1));
-        (0..vertices.len()).for_each(|row| starts[row + 1] += starts[row]);
-        let mut next = starts.clone();
-        let mut entries = vec![(0, Vector3::zeros()); next[vertices.len()] as usize];
-        for i in functions {
-            self.part(i, &vertices, |row, d| {
-                entries[next[row] as usize] = (i as u32, d);
+        let starts = starts(self.row_lengths(&vertices));
+        let mut entries = vec![(0, Vector3::zeros()); starts[vertices.len()]];
+        self.fill(&vertices, &starts, &mut entries);
+        Rows { starts, entries }
+    }
+
+    /// The rows of all vertices, by all threads.
+    pub fn all_rows(&self) -> Rows {
+        let vertices = self.vertex_count();
+        let chunks = (0..vertices.div_ceil(CHUNK)).into_par_iter();
+        let chunks = chunks.map(|i| i * CHUNK..((i + 1) * CHUNK).min(vertices));
+        let starts = starts(chunks.clone().flat_map_iter(|chunk| self.row_lengths(&chunk)).collect());
+        // One piece of memory, made by many threads.
+        let mut entries: Vec<(u32, Vector3<f64>)> =
+            rayon::iter::repeat_n((0, Vector3::zeros()), starts[vertices]).collect();
+        let mut rest = &mut entries[..];
+        let parts = (0..vertices).step_by(CHUNK).map(|first| {
+            let end = (first + CHUNK).min(vertices);
+            rest.split_off_mut(..starts[end] - starts[first]).unwrap_or_default()
+        });
+        let parts: Vec<_> = parts.collect();
+        chunks.zip(parts).for_each(|(chunk, part)| self.fill(&chunk, &starts[chunk.start..=chunk.end], part));
+        Rows { starts, entries }
+    }
+
+    /// How many functions move each of these vertices.
+    fn row_lengths(&self, vertices: &Range<usize>) -> Vec<usize> {
+        let mut lengths = vec![0; vertices.len()];
+        (0..self.functions().len()).for_each(|i| self.part(i, vertices, |row, _| lengths[row] += 1));
+        lengths
+    }
+
+    /// Puts the rows of these vertices, which start as `starts` says, into their place.
+    fn fill(&self, vertices: &Range<usize>, starts: &[usize], entries: &mut [(u32, Vector3<f64>)]) {
+        let mut next: Vec<usize> = starts.iter().map(|start| start - starts[0]).collect();
+        for i in 0..self.functions().len() {
+            self.part(i, vertices, |row, d| {
+                entries[next[row]] = (i as u32, d);
                 next[row] += 1;
             });
         }
-        Rows { starts, entries }
     }
 
     /// What function i does to these vertices, which are counted from their first.
@@ -62,6 +94,16 @@ impl Basis {
     }
 }
 
+/// Where rows of these lengths start, and where the last one ends.
+fn starts(mut lengths: Vec<usize>) -> Vec<usize> {
+    let mut end = 0;
+    for length in &mut lengths {
+        end += std::mem::replace(length, end);
+    }
+    lengths.push(end);
+    lengths
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,6 +124,7 @@ mod tests {
             let parts = [0..1, 1..1, 1..300, 300..n].map(|vertices| basis.rows(vertices));
             let rows: Vec<_> = parts.iter().flat_map(Rows::iter).collect();
             assert_eq!(rows.len(), n);
+            assert!(rows.iter().copied().eq(basis.all_rows().iter()));
             assert!(rows.iter().all(|row| row.is_sorted_by(|a, b| a.0 < b.0)));
             for i in 0..basis.functions().len() {
                 let w: Vec<f64> = (0..basis.functions().len()).map(|k| f64::from(u8::from(k == i))).collect();

@@ -17,7 +17,7 @@ use crate::answer::eigen;
 use nalgebra::{DMatrix, DVector, Point3, SymmetricEigen, Vector3};
 use nalgebra_sparse::CsrMatrix;
 use rayon::prelude::*;
-use sombrero_basis::Basis;
+use sombrero_basis::{Basis, Rows};
 use thiserror::Error;
 
 /// Singular values below this fraction of the largest one count as zero.
@@ -76,32 +76,52 @@ pub fn extract(
     original: &[Point3<f64>],
     suspect: &[Option<Point3<f64>>],
 ) -> Result<Extraction, ExtractError> {
-    let mut found = extract_each(basis, epsilon, original, &[suspect])?;
-    Ok(found.pop().expect("one for each suspect"))
+    let offsets = offsets(basis, original, suspect)?;
+    Ok(System::new(basis, epsilon, &gram(basis, &present(&offsets))).solve(&offsets))
 }
 
-/// [`extract`] for each of several suspects, sooner where the same vertices are present in one and the next.
-///
-/// # Errors
-/// As [`extract`].
-pub fn extract_each(
-    basis: &Basis,
-    epsilon: f64,
-    original: &[Point3<f64>],
-    suspects: &[&[Option<Point3<f64>>]],
-) -> Result<Vec<Extraction>, ExtractError> {
-    let mut system: Option<System> = None;
-    let mut found = Vec::new();
-    for suspect in suspects {
-        let offsets = offsets(basis, original, suspect)?;
-        let present = offsets.iter().map(Option::is_some).collect();
-        let system = match system.take().filter(|known| known.present == present) {
-            Some(known) => system.insert(known),
-            None => system.insert(System::new(basis, epsilon, present)),
-        };
-        found.push(system.solve(&offsets));
+/// What extractions from suspects have in common whose vertices are all present: most of the work.
+#[derive(Debug, Clone)]
+pub struct Whole {
+    gram: Vec<f64>,
+}
+
+impl Whole {
+    /// For suspects of this basis.
+    pub fn new(basis: &Basis) -> Self {
+        Self { gram: gram(basis, &vec![true; basis.vertex_count()]) }
     }
-    Ok(found)
+
+    /// [`extract`] for each of several suspects, which takes longer for one whose vertices are not all present. `basis` is the
+    /// one that this was made of.
+    ///
+    /// # Errors
+    /// As [`extract`].
+    ///
+    /// # Panics
+    /// When `basis` has another number of functions.
+    pub fn extract(
+        &self,
+        basis: &Basis,
+        epsilon: f64,
+        original: &[Point3<f64>],
+        suspects: &[&[Option<Point3<f64>>]],
+    ) -> Result<Vec<Extraction>, ExtractError> {
+        let system = System::new(basis, epsilon, &self.gram);
+        let of = |suspect: &&[Option<Point3<f64>>]| {
+            let offsets = offsets(basis, original, suspect)?;
+            let present = present(&offsets);
+            if present.iter().all(|present| *present) {
+                return Ok(system.solve(&offsets));
+            }
+            Ok(System::new(basis, epsilon, &gram(basis, &present)).solve(&offsets))
+        };
+        suspects.iter().map(of).collect()
+    }
+}
+
+fn present(offsets: &[Option<Vector3<f64>>]) -> Vec<bool> {
+    offsets.iter().map(Option::is_some).collect()
 }
 
 /// v* - v of the vertices that are present.
@@ -125,7 +145,6 @@ fn offsets(
 struct System<'a> {
     basis: &'a Basis,
     epsilon: f64,
-    present: Vec<bool>,
     /// ε h_i d_i.
     steps: Vec<Vector3<f64>>,
     /// What scales BᵀB to a unit diagonal; a column without rows gets a zero and drops out.
@@ -133,16 +152,19 @@ struct System<'a> {
     inverse: PseudoInverse,
 }
 
-/// Rows that are looked up at a time.
+/// Rows that one task looks up.
 const CHUNK: usize = 4096;
+
+/// Tasks whose rows are kept at a time.
+const PIECES: usize = 8;
 
 /// Functions whose products one task adds up.
 const GROUP: usize = 32;
 
 impl<'a> System<'a> {
-    fn new(basis: &'a Basis, epsilon: f64, present: Vec<bool>) -> Self {
+    /// `gram` is that of the vertices that are present.
+    fn new(basis: &'a Basis, epsilon: f64, gram: &[f64]) -> Self {
         let steps: Vec<_> = (0..basis.functions().len()).map(|i| basis.step(i) * epsilon).collect();
-        let gram = gram(basis, &present);
         let normal = |i: usize, j: usize| {
             let entry = gram[i.min(j) * steps.len() + i.max(j)];
             if basis.vectors().is_some() {
@@ -156,7 +178,7 @@ impl<'a> System<'a> {
         let scale = DVector::from_vec(scale.collect());
         let scaled = |i: usize, j: usize| normal(i, j) * scale[i] * scale[j];
         let inverse = PseudoInverse::new(DMatrix::from_fn(steps.len(), steps.len(), scaled));
-        Self { basis, epsilon, present, steps, scale, inverse }
+        Self { basis, epsilon, steps, scale, inverse }
     }
 
     fn solve(&self, offsets: &[Option<Vector3<f64>>]) -> Extraction {
@@ -228,10 +250,15 @@ fn gram(basis: &Basis, present: &[bool]) -> Vec<f64> {
         }
         return gram;
     }
-    for (piece, present) in present.chunks(CHUNK).enumerate() {
-        let rows = basis.rows(piece * CHUNK..piece * CHUNK + present.len());
-        let rows: Vec<_> =
-            rows.iter().zip(present).filter(|(_, present)| **present).map(|(row, _)| row).collect();
+    for (piece, present) in present.chunks(CHUNK * PIECES).enumerate() {
+        let first = piece * CHUNK * PIECES;
+        let rows = |(k, part): (usize, &[bool])| {
+            let start = first + k * CHUNK;
+            basis.rows(start..start + part.len())
+        };
+        let rows: Vec<Rows> = present.par_chunks(CHUNK).enumerate().map(rows).collect();
+        let rows = rows.iter().flat_map(Rows::iter).zip(present);
+        let rows: Vec<_> = rows.filter(|(_, present)| **present).map(|(row, _)| row).collect();
         let groups = gram.par_chunks_mut(m * GROUP).enumerate();
         groups.for_each(|(group, sums)| add_products(sums, m, group * GROUP, &rows));
     }
@@ -377,6 +404,20 @@ mod tests {
             assert!((a.unwrap() - b.unwrap()).abs() < 1e-9, "{a:?} {b:?}");
         }
         assert!((scalar.residual_rms - vector.residual_rms).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_extractions_have_in_common_changes_no_bit() {
+        let (basis, points) = case(20);
+        let w: Vec<f64> = (0..20).map(|i| f64::from(i % 7) - 3.0).collect();
+        let all = marked(&basis, &points, &w);
+        let mut some = all.clone();
+        some[..300].fill(None);
+        let whole = Whole::new(&basis);
+        let found = whole.extract(&basis, 0.01, &points, &[&all, &some]).unwrap();
+        let alone = [&all, &some].map(|suspect| extract(&basis, 0.01, &points, suspect).unwrap());
+        assert_eq!(found, alone);
+        assert_ne!(found[0], found[1]);
     }
 
     #[test]

@@ -17,7 +17,7 @@ mod warp;
 
 pub use deformation::Deformation;
 pub use extractor::{Estimate, EstimateError, Extractor};
-pub use least_squares::{ExtractError, Extraction, extract, extract_each};
+pub use least_squares::{ExtractError, Extraction, Whole, extract};
 pub use nuisance::{Modes, Nuisance};
 
 /// The linear algebra of this crate's signatures.

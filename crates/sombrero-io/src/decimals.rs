@@ -12,6 +12,7 @@ use std::io::Write;
 use std::ops::Range;
 
 use nalgebra::Point3;
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use crate::splice::Splice;
@@ -67,6 +68,9 @@ const FILLED: f64 = 0.6;
 
 /// More decimals than these nobody writes: a double has 17 digits.
 const MOST: usize = 20;
+
+/// Numbers that one task spells.
+const CHUNK: usize = 1 << 14;
 
 /// Whole numbers of more digits than a double has are spelled exactly.
 const HUGE: f64 = 1e16;
@@ -294,16 +298,26 @@ pub(crate) fn rms<'a>(pairs: impl Iterator<Item = (&'a Point3<f64>, &'a Point3<f
 
 /// `source`, whose numbers stand at `words`, with all of them spelled alike.
 pub(crate) fn respelled(source: &[u8], words: &[(Range<usize>, &Spelling)]) -> Vec<u8> {
-    let mut splice = Splice::new(source);
-    for (span, spelling) in words {
-        let word = source.get(span.clone()).unwrap_or_default();
-        // What is no number says nothing of a vertex, and stays.
-        let value = text::number(word).filter(|value| value.is_finite());
-        if let Some(value) = value.filter(|_| !spelling.has(word)) {
-            splice.replace(span.clone(), |out| spelling.push(out, spelling.filled(word, value)));
+    // Each task has what is between its first number and that of the next.
+    let firsts = words.chunks(CHUNK).skip(1).map(|part| part[0].0.start);
+    let ends: Vec<usize> = firsts.chain([source.len()]).collect();
+    let piece = |(k, part): (usize, &[(Range<usize>, &Spelling)])| {
+        let start = k.checked_sub(1).map_or(0, |before| ends[before]);
+        let mut splice = Splice::of(source, start..ends[k]);
+        for (span, spelling) in part {
+            let word = source.get(span.clone()).unwrap_or_default();
+            // What is no number says nothing of a vertex, and stays.
+            let value = text::number(word).filter(|value| value.is_finite());
+            if let Some(value) = value.filter(|_| !spelling.has(word)) {
+                splice.replace(span.clone(), |out| spelling.push(out, spelling.filled(word, value)));
+            }
         }
+        splice.finish()
+    };
+    if words.is_empty() {
+        return source.to_vec();
     }
-    splice.finish()
+    words.par_chunks(CHUNK).enumerate().map(piece).collect::<Vec<_>>().concat()
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use sombrero_mesh::{Scene, Soup};
 
 use crate::coordinate::check_finite;
-use crate::decimals::{self, Decimals, Survey};
+use crate::decimals::{self, Decimals, Spelling, Survey};
 use crate::error::{ParseError, ReadError, WriteError};
 use crate::family::{Evidence, Family};
 use crate::format::Format;
@@ -299,31 +299,39 @@ impl Document {
         {
             return turned.rewrite(points, &Rewrite { renew_normals: false, ..how.clone() });
         }
-        let written = layout.rewrite(&original, points, how)?;
-        if how.decimals == Decimals::Exact || written.bytes == self.bytes {
-            return Ok(written);
+        let spelt =
+            || (how.decimals != Decimals::Exact).then(|| self.spellings(&original, points, how)).flatten();
+        let (written, spellings) = rayon::join(|| layout.rewrite(&original, points, how), spelt);
+        let written = written?;
+        match spellings {
+            Some(spellings) if written.bytes != self.bytes => Ok(self.spelled_alike(spellings, written)),
+            _ => Ok(written),
         }
-        Ok(self.spelled_alike(&original, points, how, written))
     }
 
-    /// A text file as it was `written`, with all coordinates spelled alike; any other as it is.
-    fn spelled_alike(
+    /// How coordinates and directions of a text file are to be spelled.
+    fn spellings(
         &self,
         original: &Original<'_>,
         points: &[Point3<f64>],
         how: &Rewrite,
-        written: Rewritten,
-    ) -> Rewritten {
-        let Some(words) = self.parsed.layout.words(original) else { return written };
+    ) -> Option<[Spelling; 2]> {
+        let words = self.parsed.layout.words(original)?;
         let rms = decimals::rms(original.soup.points.iter().zip(points));
         let spelling = |spans: &[Range<usize>], decimals, rms, filling| {
             let mut survey = Survey::default();
             spans.iter().for_each(|span| survey.add(self.bytes.get(span.clone()).unwrap_or_default()));
             survey.spelling(decimals, rms, filling)
         };
-        let coordinates = spelling(&words.coordinates, how.decimals, rms, how.filling);
-        // A direction is of length 1 and as exact as the file has it.
-        let directions = spelling(&words.directions, Decimals::Own, f64::INFINITY, None);
+        Some([
+            spelling(&words.coordinates, how.decimals, rms, how.filling),
+            // A direction is of length 1 and as exact as the file has it.
+            spelling(&words.directions, Decimals::Own, f64::INFINITY, None),
+        ])
+    }
+
+    /// A text file as it was `written`, with all coordinates spelled alike.
+    fn spelled_alike(&self, [coordinates, directions]: [Spelling; 2], written: Rewritten) -> Rewritten {
         let Some(again) = self.read_again(written.bytes.clone()) else { return written };
         let Parsed { layout, soup, companions, .. } = &again.parsed;
         let Some(words) = layout.words(&Original { bytes: &again.bytes, soup, companions }) else {

@@ -12,9 +12,14 @@ pub(crate) struct Splice<'a> {
 impl<'a> Splice<'a> {
     /// Starts at the front of `source`.
     pub(crate) fn new(source: &'a [u8]) -> Self {
+        Self::of(source, 0..source.len())
+    }
+
+    /// A part of `source` alone, whose spans count from the front of all of it.
+    pub(crate) fn of(source: &'a [u8], part: Range<usize>) -> Self {
         // Moved coordinates usually need more digits than the source had.
-        let out = Vec::with_capacity(source.len() + source.len() / 2);
-        Self { source, copied: 0, out }
+        let out = Vec::with_capacity(part.len() + part.len() / 2);
+        Self { source: source.get(..part.end).unwrap_or(source), copied: part.start, out }
     }
 
     /// Copies up to `span`, then lets `write` append what stands in its place.
@@ -47,6 +52,14 @@ mod tests {
         splice.replace(0..3, |out| out.extend_from_slice(b"1"));
         splice.replace(4..7, |out| out.extend_from_slice(b"second"));
         assert_eq!(splice.finish(), b"1 second three");
+    }
+
+    #[test]
+    fn parts_are_put_together_again() {
+        let source = b"one two three";
+        let mut pieces = [0..4, 4..13].map(|part| Splice::of(source, part));
+        pieces[1].replace(4..7, |out| out.extend_from_slice(b"2"));
+        assert_eq!(pieces.map(Splice::finish).concat(), b"one 2 three");
     }
 
     #[test]

@@ -13,6 +13,8 @@ use thiserror::Error;
 #[derive(Debug, Clone)]
 pub struct ProgressiveMesh {
     mesh: Mesh,
+    /// The full mesh's, in order.
+    triangles: Vec<[u32; 3]>,
     /// In the order in which they led to the base; the last `level()` of them are undone at present.
     collapses: Vec<Collapse>,
     level: usize,
@@ -51,14 +53,20 @@ impl ProgressiveMesh {
     /// [`repair`](sombrero_mesh::repair()) makes has neither fault.
     pub fn new(mut mesh: Mesh, points: &[Point3<f64>]) -> Result<Self, PointsError> {
         check(&mesh, points)?;
+        let triangles = mesh.triangles();
         let (collapses, faithful) = collapse_all(&mut mesh, points);
         let shape_level = collapses.len() - faithful;
-        Ok(Self { mesh, collapses, level: 0, shape_level })
+        Ok(Self { mesh, triangles, collapses, level: 0, shape_level })
     }
 
     /// The connectivity at the present level; indices are those of the full mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    /// The triangles of the full mesh, whatever the present level.
+    pub fn full_triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
     }
 
     /// How many splits have been applied: 0 at the base, [`split_count`](Self::split_count) at the full mesh.

@@ -36,15 +36,14 @@ const NOTHING: f64 = 1e-4;
 const GROWTH: f64 = 4.0;
 
 /// Vertices that one task takes.
-const CHUNK: usize = 1024;
+const CHUNK: usize = 256;
 
 /// Vertices whose lists are made before they are put behind the others: no more memory is needed for both.
 const AT_ONCE: usize = 64 * CHUNK;
 
-/// The fields at each vertex of the full mesh. `progressive` is at the level whose vertices, by the full mesh's index, the
-/// fields move; it is left at the full mesh.
+/// The fields at each vertex of the full mesh, up a ladder from the level whose vertices, by the full mesh's index, they move.
 pub(crate) fn carry(
-    progressive: &mut ProgressiveMesh,
+    ladder: Ladder,
     points: &[Point3<f64>],
     triangles: &[[u32; 3]],
     planes: &Planes,
@@ -52,47 +51,78 @@ pub(crate) fn carry(
 ) -> Lists {
     let mut lists = Lists::of_fields(points.len(), fields.iter().map(|field| &field.moves));
     let rules = Rules::new(points, triangles, planes, fields);
-    let rank = nested(progressive, points.len());
-    loop {
-        let most = GROWTH * progressive.mesh().vertex_count() as f64;
-        let mut splits = splits(progressive, most, points.len());
-        if splits.is_empty() {
-            return lists;
-        }
-        splits.sort_unstable_by_key(|split| (split.depth, rank[split.vertex as usize]));
-        let together = splits.chunk_by(|a, b| a.depth == b.depth);
-        for splits in together.flat_map(|splits| splits.chunks(AT_ONCE)) {
-            let mean = |split: &Split, scratch: &mut Scratch| {
-                (split.vertex, rules.mean(&lists, split.vertex, &split.ring, 0.0, scratch))
+    for rung in ladder.rungs {
+        for splits in rung.together().flat_map(|splits| splits.chunks(AT_ONCE)) {
+            let mean = |split: &u32, scratch: &mut Scratch| {
+                let ring = rung.new.at(*split as usize);
+                (ring.centre, rules.mean(&lists, &ring, 0.0, scratch))
             };
             let pieces = rules.pieces(splits, mean);
             pieces.iter().for_each(|piece| lists.add(piece));
         }
-        lists = rules.smoothed(progressive, &lists, &rank);
+        lists = rules.smoothed(&rung.all, &lists, points.len());
     }
+    lists
 }
 
-/// A vertex that a split introduces, and its neighbours then.
-struct Split {
-    vertex: u32,
-    ring: Ring,
+/// The way from a level up to the full mesh, in steps after which vertices are smoothed.
+#[derive(Debug)]
+pub(crate) struct Ladder {
+    rungs: Vec<Rung>,
+}
+
+#[derive(Debug)]
+struct Rung {
+    /// The vertices that are introduced, with their neighbours then.
+    new: Rings,
     /// More than that of any neighbour that was introduced along with it; those of equal depth do not depend on each other.
-    depth: u32,
+    depths: Vec<u32>,
+    /// Which vertex comes when: by depth, and then near those that are near it.
+    order: Vec<u32>,
+    /// All vertices there are in the end.
+    all: Rings,
 }
 
-/// The next splits, until there are `most` vertices.
-fn splits(progressive: &mut ProgressiveMesh, most: f64, vertices: usize) -> Vec<Split> {
-    let mut depths = vec![0; vertices];
-    let mut splits = Vec::new();
-    while (progressive.mesh().vertex_count() as f64) < most
-        && let Some(split) = progressive.refine()
-    {
-        let ring = Ring::of(progressive.mesh(), split.vertex);
-        let depth = 1 + ring.vertices.iter().map(|w| depths[*w as usize]).max().unwrap_or(0);
-        depths[split.vertex.index()] = depth;
-        splits.push(Split { vertex: split.vertex.to_u32(), ring, depth });
+impl Ladder {
+    /// From the present level of `progressive`, which is left at the full mesh with so many `vertices`.
+    pub(crate) fn climb(progressive: &mut ProgressiveMesh, vertices: usize) -> Self {
+        let rank = nested(progressive, vertices);
+        let rung = || Rung::climb(progressive, &rank);
+        Self { rungs: std::iter::from_fn(rung).collect() }
     }
-    splits
+}
+
+impl Rung {
+    /// The next splits, until there are [`GROWTH`] times as many vertices; `None` at the full mesh.
+    fn climb(progressive: &mut ProgressiveMesh, rank: &[u32]) -> Option<Self> {
+        let most = GROWTH * progressive.mesh().vertex_count() as f64;
+        let mut depth_of = vec![0; rank.len()];
+        let (mut new, mut depths) = (Rings::default(), Vec::new());
+        while (progressive.mesh().vertex_count() as f64) < most
+            && let Some(split) = progressive.refine()
+        {
+            new.push(progressive.mesh(), split.vertex);
+            let around = new.at(depths.len()).vertices;
+            let depth = 1 + around.iter().map(|w| depth_of[*w as usize]).max().unwrap_or(0);
+            depth_of[split.vertex.index()] = depth;
+            depths.push(depth);
+        }
+        if depths.is_empty() {
+            return None;
+        }
+        let mut order: Vec<u32> = (0..depths.len() as u32).collect();
+        order.sort_unstable_by_key(|&i| (depths[i as usize], rank[new.centres[i as usize] as usize]));
+        let mut vertices: Vec<VertexId> = progressive.mesh().vertices().collect();
+        vertices.sort_unstable_by_key(|v| rank[v.index()]);
+        let mut all = Rings::default();
+        vertices.into_iter().for_each(|v| all.push(progressive.mesh(), v));
+        Some(Self { new, depths, order, all })
+    }
+
+    /// The new vertices whose turn comes together.
+    fn together(&self) -> impl Iterator<Item = &[u32]> {
+        self.order.chunk_by(|a, b| self.depths[*a as usize] == self.depths[*b as usize])
+    }
 }
 
 /// Ranks of vertices in an order in which what a vertex is split into follows it: what is near in space is near in memory, for
@@ -147,21 +177,42 @@ impl Scratch {
     }
 }
 
-/// The neighbours of a vertex in order; those of an inner vertex go around.
-struct Ring {
+/// Vertices with their neighbours, one behind the other.
+#[derive(Debug, Default)]
+struct Rings {
+    centres: Vec<u32>,
+    closed: Vec<bool>,
+    /// Where the neighbours of each end.
+    ends: Vec<usize>,
     vertices: Vec<u32>,
+}
+
+impl Rings {
+    fn push(&mut self, mesh: &Mesh, v: VertexId) {
+        self.centres.push(v.to_u32());
+        self.closed.push(!mesh.is_boundary_vertex(v));
+        self.vertices.extend(mesh.vertices_around_vertex(v).map(VertexId::to_u32));
+        self.ends.push(self.vertices.len());
+    }
+
+    fn at(&self, i: usize) -> Ring<'_> {
+        let start = i.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let vertices = &self.vertices[start..self.ends[i]];
+        Ring { centre: self.centres[i], vertices, closed: self.closed[i] }
+    }
+}
+
+/// The neighbours of a vertex in order; those of an inner vertex go around.
+struct Ring<'a> {
+    centre: u32,
+    vertices: &'a [u32],
     closed: bool,
 }
 
 /// A face of a smaller sine at its corner counts as one with this sine, so that weights stay finite.
 const LEAST_SINE: f64 = 1e-9;
 
-impl Ring {
-    fn of(mesh: &Mesh, v: VertexId) -> Self {
-        let vertices = mesh.vertices_around_vertex(v).map(VertexId::to_u32).collect();
-        Self { vertices, closed: !mesh.is_boundary_vertex(v) }
-    }
-
+impl Ring<'_> {
     /// λ of each neighbour, seen from `place`.
     fn mean_values(&self, place: &Point3<f64>, points: &[Point3<f64>]) -> Vec<(u32, f64)> {
         let ways: Vec<Vector3<f64>> = self.vertices.iter().map(|&w| points[w as usize] - place).collect();
@@ -225,15 +276,15 @@ impl<'a> Rules<'a> {
         Self { points, thin: thin(points, triangles), planes, offsets, nothing }
     }
 
-    /// The mean of what is at the neighbours, with a weight for what is at `v` itself.
+    /// The mean of what is at the neighbours, with a weight for what is at the vertex itself.
     fn mean(
         &self,
         lists: &Lists,
-        v: u32,
-        ring: &Ring,
+        ring: &Ring<'_>,
         own: f64,
         scratch: &mut Scratch,
     ) -> Vec<(u32, Vector3<f64>)> {
+        let v = ring.centre;
         let regions = self.planes.regions(v);
         let along = |w: &u32| regions.iter().all(|r| self.planes.regions(*w).contains(r));
         let alike: Vec<u32> = ring.vertices.iter().copied().filter(along).collect();
@@ -279,21 +330,20 @@ impl<'a> Rules<'a> {
         here
     }
 
-    /// Every vertex of the present level half way towards the mean around it.
-    fn smoothed(&self, progressive: &ProgressiveMesh, lists: &Lists, rank: &[u32]) -> Lists {
-        let mesh = progressive.mesh();
-        let mut vertices: Vec<VertexId> = mesh.vertices().collect();
-        vertices.sort_unstable_by_key(|v| rank[v.index()]);
-        let step = |vertex: &VertexId, scratch: &mut Scratch| {
-            let v = vertex.to_u32();
+    /// Every vertex of a level half way towards the mean around it; `vertices` are those of the full mesh.
+    fn smoothed(&self, level: &Rings, lists: &Lists, vertices: usize) -> Lists {
+        let step = |i: &usize, scratch: &mut Scratch| {
+            let ring = level.at(*i);
+            let v = ring.centre;
             if self.thin[v as usize] {
                 return (v, lists.at(v).to_vec());
             }
-            (v, self.mean(lists, v, &Ring::of(mesh, *vertex), 0.5, scratch))
+            (v, self.mean(lists, &ring, 0.5, scratch))
         };
-        let mut smoothed = Lists::new(rank.len(), lists.len());
-        for vertices in vertices.chunks(AT_ONCE) {
-            self.pieces(vertices, step).iter().for_each(|piece| smoothed.add(piece));
+        let mut smoothed = Lists::new(vertices, lists.len());
+        let all: Vec<usize> = (0..level.centres.len()).collect();
+        for part in all.chunks(AT_ONCE) {
+            self.pieces(part, step).iter().for_each(|piece| smoothed.add(piece));
         }
         smoothed
     }
@@ -322,7 +372,7 @@ mod tests {
     use super::*;
 
     fn mean(
-        ring: &Ring,
+        ring: &Ring<'_>,
         place: &Point3<f64>,
         points: &[Point3<f64>],
         of: impl Fn(&Point3<f64>) -> f64,
@@ -336,7 +386,7 @@ mod tests {
     fn mean_values_give_back_what_is_linear_in_a_flat_ring() {
         let around = [[2.0, 0.1], [0.5, 1.0], [-1.0, 0.7], [-0.3, -0.2], [0.4, -3.0]];
         let points = around.map(|[x, y]| Point3::new(x, y, 0.0));
-        let ring = Ring { vertices: (0..5).collect(), closed: true };
+        let ring = Ring { centre: 5, vertices: &[0, 1, 2, 3, 4], closed: true };
         let linear = |p: &Point3<f64>| 3.0 + 2.0 * p.x - 0.7 * p.y;
         for place in [Point3::origin(), Point3::new(0.4, 0.3, 0.0), Point3::new(0.9, -0.7, 0.0)] {
             assert!((mean(&ring, &place, &points, linear) - linear(&place)).abs() < 1e-12);
@@ -347,12 +397,12 @@ mod tests {
     #[test]
     fn beside_an_edge_the_edge_alone_counts() {
         let points = [[0.0, 0.0], [4.0, 0.0], [2.0, 3.0]].map(|[x, y]| Point3::new(x, y, 0.0));
-        let ring = Ring { vertices: vec![0, 1, 2], closed: true };
+        let ring = Ring { centre: 3, vertices: &[0, 1, 2], closed: true };
         let moved =
             mean(&ring, &Point3::new(1.0, 1e-6, 0.0), &points, |p| if p.y > 0.0 { 100.0 } else { p.x });
         assert!((moved - 1.0).abs() < 1e-4, "{moved}");
         // On it, and at the rim, where nothing is on the other side.
-        let rim = Ring { vertices: vec![1, 2, 0], closed: false };
+        let rim = Ring { centre: 3, vertices: &[1, 2, 0], closed: false };
         let weights = rim.mean_values(&Point3::new(1.0, 0.0, 0.0), &points);
         assert!(weights.iter().all(|(_, weight)| weight.is_finite() && *weight >= 0.0), "{weights:?}");
     }

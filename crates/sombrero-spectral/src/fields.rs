@@ -7,21 +7,21 @@
 
 use crate::amplitudes::{self, Costs};
 use crate::candidates::candidates;
-use crate::carry::{Shifts, carry};
+use crate::carry::{Ladder, Shifts, carry};
+use crate::columns::Columns;
 use crate::evidence::Evidence;
 use crate::lists::Lists;
 use crate::planes::{Planes, is_machined};
 use crate::settle::settled;
 use crate::sight::Sight;
 use crate::surface::Surface;
-use crate::together::Here;
 use crate::turning::{Strewn, turned, unevenness};
 use crate::walls::Keeping;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use sombrero_mesh::{BoundingBox, Soup, smoothing_modes};
 use sombrero_progress::Progress;
-use sombrero_progressive::ProgressiveMesh;
+use sombrero_progressive::{CompactMesh, ProgressiveMesh};
 use thiserror::Error;
 
 /// Displacements of some vertices in model units, in vertex order; all others stand still.
@@ -80,7 +80,7 @@ pub enum FieldsError {
 pub struct Fields {
     /// v' = v + ε Σ w_i D_i(v). With standard Gaussian w normals turn by ε radians: root mean square by area, in
     /// expectation over w, to first order; less where the surface would move too far, or where too much would be seen ([`Sight`]).
-    pub columns: Vec<Field>,
+    pub columns: Columns,
     /// How many planar regions were found and kept planar.
     pub planes: usize,
 }
@@ -108,47 +108,27 @@ impl Fields {
         options: &FieldsOptions,
     ) -> Result<Self, FieldsError> {
         let progress = Progress::new("fields", 4);
-        progressive.go_to(usize::MAX);
-        let full = Surface::new(points.to_vec(), progressive.mesh().triangles());
-        let planes = Planes::find(&full);
-        // What filters do to a mesh that is far finer than the level, no field of the level looks like.
-        let finer = points.len() > FINER.saturating_mul(options.vertices);
-        let modes = if finer {
-            Vec::new()
-        } else {
-            smoothing_modes(&Soup::new(full.points.clone(), full.triangles.clone()))
-        };
-        progress.advance(1);
-
+        let triangles = progressive.full_triangles().to_vec();
         let splits = progressive.split_count();
         progressive.go_to(splits - splits.min(points.len().saturating_sub(options.vertices)));
-        let compact = progressive.compact();
-        let Soup { points: places, triangles } = compact.soup(points);
-        let names: Vec<u32> = compact.source.iter().map(|v| v.to_u32()).collect();
-        let level = Surface::new(places, triangles);
-        let at_names = |mode: &Vec<Vector3<f64>>| names.iter().map(|&v| mode[v as usize]).collect();
-        let evidence = Evidence::new(&level, &modes.iter().map(at_names).collect::<Vec<_>>());
-        let machined = is_machined(&full, planes.of_face());
-        let keeping = machined.then(|| Keeping::new(&full, options.turn, options.reach));
-        let found = candidates(&level, &planes, &names, &evidence, keeping.as_ref(), options);
-        if found.is_empty() {
-            return Err(FieldsError::None);
-        }
-        progress.advance(1);
+        let level = progressive.compact();
+        let sought = || {
+            let whole = Whole::new(points, triangles, options);
+            progress.advance(1);
+            let chosen = whole.sought(&level, options, &progress);
+            (chosen, whole)
+        };
+        // Walking through the levels takes one thread.
+        let (ladder, (chosen, Whole { full, planes, keeping, .. })) =
+            rayon::join(|| Ladder::climb(progressive, points.len()), sought);
+        let chosen = chosen?;
 
-        let strengths = strengths(&level, &evidence, &found, options);
-        let mean = strengths.iter().sum::<f64>() / strengths.len() as f64;
-        let most = options.most.min(points.len() / VERTICES_OF_A_FIELD);
-        let least = strongest(&strengths, most).max(WEAK * mean);
-        let strong = found.into_iter().zip(strengths).filter(|(_, p)| *p > least);
-        let chosen: Vec<Shifts> = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
-        progress.advance(1);
-
-        let mut lists = carry(progressive, points, &full.triangles, &planes, &chosen);
-        if let Some(keeping) = keeping.filter(|_| names.len() < points.len()) {
+        let mut lists = carry(ladder, points, &full.triangles, &planes, &chosen);
+        if let Some(keeping) = keeping.filter(|_| level.source.len() < points.len()) {
             let mut stays = vec![false; points.len()];
-            names.iter().for_each(|&v| stays[v as usize] = true);
-            let fields = columns(&lists.all(), chosen.len(), 1.0);
+            level.source.iter().for_each(|v| stays[v.index()] = true);
+            let fields = Columns::new(&lists.all(), chosen.len(), |_, _| 1.0);
+            let fields = fields.iter().map(Iterator::collect).collect();
             lists = Lists::of_fields(points.len(), &settled(&full, &planes, &keeping, &stays, fields));
         }
         let at = lists.all();
@@ -158,13 +138,14 @@ impl Fields {
             return Err(FieldsError::None);
         }
         let scale = sight.room().min(options.reach / options.turn / sight.moved_rms);
-        let columns = columns(&at, chosen.len(), scale);
+        let planes = planes.count();
+        let columns = Columns::new(&at, chosen.len(), |_, _| scale);
         progress.advance(1);
         // Coordinates close to the limits of numbers have fields beyond them.
-        if !columns.iter().flatten().all(|(_, d)| d.iter().all(|x| x.is_finite())) {
+        if !columns.are_finite() {
             return Err(FieldsError::None);
         }
-        Ok(Self { columns, planes: planes.count() })
+        Ok(Self { columns, planes })
     }
 
     /// The worst that a planar region leaves its plane by when the surface's `points` have `moved`: the difference of its
@@ -175,15 +156,58 @@ impl Fields {
     }
 }
 
-/// Fields by themselves, of what each does at each vertex, which is scaled.
-fn columns(at: &[&Here], fields: usize, scale: f64) -> Vec<Field> {
-    let mut lengths = vec![0; fields];
-    at.iter().copied().flatten().for_each(|(i, _)| lengths[*i as usize] += 1);
-    let mut columns: Vec<Field> = lengths.into_iter().map(Vec::with_capacity).collect();
-    for (v, here) in (0..).zip(at) {
-        here.iter().for_each(|(i, d)| columns[*i as usize].push((v, d * scale)));
+/// The full mesh as fields see it.
+struct Whole {
+    full: Surface,
+    planes: Planes,
+    /// What filters do to a mesh that is far finer than the level, no field of the level looks like: then there are none.
+    modes: Vec<Vec<Vector3<f64>>>,
+    /// What is kept of what is narrow; of free forms nothing.
+    keeping: Option<Keeping>,
+}
+
+impl Whole {
+    fn new(points: &[Point3<f64>], triangles: Vec<[u32; 3]>, options: &FieldsOptions) -> Self {
+        let full = Surface::new(points.to_vec(), triangles);
+        let planes = Planes::find(&full);
+        let finer = points.len() > FINER.saturating_mul(options.vertices);
+        let modes = if finer {
+            Vec::new()
+        } else {
+            smoothing_modes(&Soup::new(full.points.clone(), full.triangles.clone()))
+        };
+        let machined = is_machined(&full, planes.of_face());
+        let keeping = machined.then(|| Keeping::new(&full, options.turn, options.reach));
+        Self { full, planes, modes, keeping }
     }
-    columns
+
+    /// The best fields of a level, as strong as they are to be.
+    fn sought(
+        &self,
+        level: &CompactMesh,
+        options: &FieldsOptions,
+        progress: &Progress,
+    ) -> Result<Vec<Shifts>, FieldsError> {
+        let names: Vec<u32> = level.source.iter().map(|v| v.to_u32()).collect();
+        let Soup { points, triangles } = level.soup(&self.full.points);
+        let level = Surface::new(points, triangles);
+        let at_names = |mode: &Vec<Vector3<f64>>| names.iter().map(|&v| mode[v as usize]).collect();
+        let evidence = Evidence::new(&level, &self.modes.iter().map(at_names).collect::<Vec<_>>());
+        let found = candidates(&level, &self.planes, &names, &evidence, self.keeping.as_ref(), options);
+        if found.is_empty() {
+            return Err(FieldsError::None);
+        }
+        progress.advance(1);
+
+        let strengths = strengths(&level, &evidence, &found, options);
+        let mean = strengths.iter().sum::<f64>() / strengths.len() as f64;
+        let most = options.most.min(self.full.points.len() / VERTICES_OF_A_FIELD);
+        let least = strongest(&strengths, most).max(WEAK * mean);
+        let strong = found.into_iter().zip(strengths).filter(|(_, p)| *p > least);
+        let chosen = strong.map(|(shifts, p)| shifts.scaled(p.sqrt(), &names)).collect();
+        progress.advance(1);
+        Ok(chosen)
+    }
 }
 
 /// What the strongest so many are above; 0 when there are no more.

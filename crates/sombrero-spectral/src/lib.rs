@@ -3,6 +3,7 @@
 mod amplitudes;
 mod candidates;
 mod carry;
+mod columns;
 mod envelope;
 mod evidence;
 mod fields;
@@ -22,6 +23,7 @@ mod turning;
 mod visibility;
 mod walls;
 
+pub use columns::Columns;
 pub use fields::{Field, Fields, FieldsError, FieldsOptions};
 pub use sight::{Onlooker, Sight};
 pub use together::{Here, next_field};

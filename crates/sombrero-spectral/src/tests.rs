@@ -1,7 +1,7 @@
 //! What every set of fields has to hold.
 
-use crate::{Fields, FieldsOptions};
-use nalgebra::{Point3, Vector3};
+use crate::{Columns, Fields, FieldsOptions};
+use nalgebra::Point3;
 use sombrero_mesh::{Soup, repair};
 use sombrero_progressive::ProgressiveMesh;
 use sombrero_shapes as shapes;
@@ -17,7 +17,7 @@ fn moved(fields: &Fields, points: &[Point3<f64>], epsilon: f64) -> Vec<Point3<f6
     let mut moved = points.to_vec();
     for (i, column) in fields.columns.iter().enumerate() {
         let w = ((i * 7919) % 97) as f64 / 48.0 - 1.0;
-        column.iter().for_each(|(v, d)| moved[*v as usize] += d * (epsilon * w));
+        column.for_each(|(v, d)| moved[v as usize] += d * (epsilon * w));
     }
     moved
 }
@@ -46,9 +46,9 @@ fn normals_turn_by_as_much_as_was_asked_for() {
     let before = surface(&points);
     let epsilon = 1e-4;
     let mut sum = 0.0;
-    for column in &fields.columns {
+    for column in fields.columns.iter() {
         let mut moved = points.clone();
-        column.iter().for_each(|(v, d)| moved[*v as usize] += d * epsilon);
+        column.for_each(|(v, d)| moved[v as usize] += d * epsilon);
         let after = surface(&moved);
         let turned =
             after.facets.normals.iter().zip(&before.facets.normals).map(|(a, b)| (a - b).norm_squared());
@@ -80,11 +80,11 @@ fn what_is_seen_of_flat_edges_is_told_and_limited() {
         total += length(hinge);
     }
     let mut at = vec![Vec::new(); points.len()];
-    for (i, column) in (0..).zip(&fields.columns) {
+    for (i, column) in (0..).zip(fields.columns.iter()) {
         let mut moved = points.clone();
         for (v, d) in column {
-            moved[*v as usize] += d * epsilon;
-            at[*v as usize].push((i, *d));
+            moved[v as usize] += d * epsilon;
+            at[v as usize].push((i, d));
         }
         let after = surface(&moved);
         for hinge in before.hinges.iter().filter(flat) {
@@ -105,12 +105,8 @@ fn the_same_bits_for_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| fields(&soup, &FieldsOptions { vertices: 500, ..few() }).0.columns)
     };
-    let bits = |columns: &[crate::Field]| -> Vec<(u32, [u64; 3])> {
-        columns
-            .iter()
-            .flatten()
-            .map(|(v, d): &(u32, Vector3<f64>)| (*v, [d.x, d.y, d.z].map(f64::to_bits)))
-            .collect()
+    let bits = |columns: &Columns| -> Vec<(u32, [u64; 3])> {
+        columns.iter().flatten().map(|(v, d)| (v, [d.x, d.y, d.z].map(f64::to_bits))).collect()
     };
     assert_eq!(bits(&run(1)), bits(&run(3)));
 }
@@ -141,9 +137,9 @@ fn any_shape_has_fields_or_none() {
             let made = repair(&Soup::new(points, soup.triangles.clone()));
             let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
             if let Ok(fields) = Fields::new(&mut progressive, &made.points, &FieldsOptions::default()) {
-                let entries = fields.columns.iter().flatten();
-                assert!(entries.clone().count() > 0, "{scale}");
-                assert!(entries.clone().all(|(_, d)| d.iter().all(|x| x.is_finite())), "{scale}");
+                let entries = || fields.columns.iter().flatten();
+                assert!(entries().count() > 0, "{scale}");
+                assert!(entries().all(|(_, d)| d.iter().all(|x| x.is_finite())), "{scale}");
                 assert!(4 * fields.columns.len() <= made.points.len());
             }
         }

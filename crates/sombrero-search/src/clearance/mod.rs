@@ -20,10 +20,9 @@ mod points;
 mod thin;
 mod walls;
 
-use rayon::prelude::*;
-use sombrero_basis::{Basis, Rows};
-use sombrero_coupling::{Assembly, Coupling};
-use sombrero_spectral::{Here, Onlooker};
+use sombrero_basis::Basis;
+use sombrero_coupling::{Assembly, Coupling, Views};
+use sombrero_spectral::{Columns, Here, Onlooker};
 use walls::Walls;
 
 /// How much stronger functions are made at most where no wall limits them.
@@ -35,51 +34,63 @@ const ROUNDS: usize = 4;
 /// A gain that would change by less stays.
 const NEAR: f64 = 0.02;
 
-/// Points whose functions one task looks up.
-const CHUNK: usize = 4096;
-
 /// The basis of fields with walls and gaps kept at ε.
 pub(crate) fn kept_apart(
     basis: Basis,
     assembly: &Assembly<'_>,
-    coupling: &Coupling,
+    (coupling, views): (&Coupling, &Views),
     side: f64,
     epsilon: f64,
 ) -> Basis {
-    match limits(&basis, assembly, coupling, side, epsilon) {
-        Some(limits) => basis.scaled(|function, point| limits.factor(function, point)),
-        None => basis,
-    }
+    let functions = basis.functions().len();
+    // Both take as much memory as all else together.
+    let rows = basis.all_rows();
+    drop(basis);
+    let at: Vec<&Here> = rows.iter().collect();
+    let limits = limits(&at, functions, assembly, (coupling, views), side, epsilon);
+    let factor =
+        |i: u32, point: u32| limits.as_ref().map_or(1.0, |limits| limits.factor(i as usize, point as usize));
+    let columns = Columns::new(&at, functions, factor);
+    drop(at);
+    drop(rows);
+    Basis::of_columns(assembly.points.len(), columns)
 }
 
-/// What keeps walls and gaps at ε; `None` where none of them is in danger.
+/// What keeps walls and gaps at ε, given what each of so many functions does at each point; `None` where none of them is in
+/// danger.
 fn limits(
-    basis: &Basis,
+    at: &[&Here],
+    functions: usize,
     assembly: &Assembly<'_>,
-    coupling: &Coupling,
+    (coupling, views): (&Coupling, &Views),
     side: f64,
     epsilon: f64,
 ) -> Option<Limits> {
-    let rows = rows(basis);
-    let at: Vec<&Here> = rows.iter().flat_map(Rows::iter).collect();
-    let walls = Walls::find(basis, &at, assembly, epsilon, GAIN);
+    let walls = Walls::find(at, functions, assembly, views, epsilon, GAIN);
     if !walls.bind(1.0) {
         return None;
     }
-    let onlooker = Onlooker::new(assembly.points, assembly.triangles);
-    let links = points::links(assembly, coupling, &walls.pairs, &onlooker.planar(side));
-    let changes = functions::changes(basis, &walls);
-    let squares = squares(basis, |_, _| 1.0);
+    let look = || {
+        let onlooker = Onlooker::new(assembly.points, assembly.triangles);
+        let links = points::links(assembly, coupling, &walls.pairs, &onlooker.planar(side));
+        (onlooker, links)
+    };
+    let uses = || (functions::changes(&walls, at, functions), squares(at, functions, |_| 1.0));
+    let ((onlooker, links), (changes, squares)) = rayon::join(look, uses);
     let limits = |gain: f64| {
-        let by_point = points::limits(basis, &walls, &links, gain);
-        let Some(changes) = &changes else { return by_point };
-        let by_function = functions::limits(changes, walls.pairs.len(), gain);
-        let left =
-            |limits: &Limits| left(&self::squares(basis, |i, point| limits.factor(i, point)), &squares);
-        if left(&by_function) >= left(&by_point) { by_function } else { by_point }
+        let by_point = || {
+            let limits = points::limits(at.len(), &walls, &links, gain);
+            (left(&limits, at, &squares), limits)
+        };
+        let by_function = || {
+            let limits = functions::limits(changes.as_ref()?, walls.pairs.len(), gain);
+            Some((left(&limits, at, &squares), limits))
+        };
+        let (by_point, by_function) = rayon::join(by_point, by_function);
+        by_function.filter(|by_function| by_function.0 >= by_point.0).unwrap_or(by_point).1
     };
     let room = |limits: &Limits| {
-        let room = onlooker.sight(&at, |i, point| limits.factor(i as usize, point as usize)).room();
+        let room = onlooker.sight(at, |i, point| limits.factor(i as usize, point as usize)).room();
         if room.is_finite() { room } else { 1.0 }
     };
     let (mut gain, mut kept) = (1.0, limits(1.0));
@@ -119,25 +130,24 @@ impl Limits {
     }
 }
 
-/// What each function does at a point, in order of points, by pieces.
-fn rows(basis: &Basis) -> Vec<Rows> {
-    let points = basis.vertex_count();
-    let pieces = (0..points.div_ceil(CHUNK)).into_par_iter();
-    pieces.map(|i| basis.rows(i * CHUNK..((i + 1) * CHUNK).min(points))).collect()
-}
-
-/// Σ_i log(0.01 + the share of function i's squares that is left).
-fn left(limited: &[f64], whole: &[f64]) -> f64 {
-    let shares = limited.iter().zip(whole).map(|(limited, whole)| limited / whole.max(f64::MIN_POSITIVE));
-    shares.map(|share| libm::log(0.01 + share)).sum()
-}
-
-/// The sum of the squares of each function, whose vectors are multiplied by a factor, given the function and the point.
-fn squares(basis: &Basis, factor: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
-    let of_function = |i: usize| {
-        let mut sum = 0.0;
-        crate::coupled::each(basis, i, |row, d| sum += (d * factor(i, row)).norm_squared());
-        sum
+/// Σ_i log(0.01 + the share of function i's squares that is left); `whole` are all of them.
+fn left(limits: &Limits, at: &[&Here], whole: &[f64]) -> f64 {
+    let shares: Vec<f64> = match limits {
+        Limits::OfFunctions(factors) => factors.iter().map(|factor| factor * factor).collect(),
+        Limits::OfPoints(factors) => {
+            let limited = squares(at, whole.len(), |point| factors[point]);
+            limited.iter().zip(whole).map(|(limited, whole)| limited / whole.max(f64::MIN_POSITIVE)).collect()
+        }
     };
-    (0..basis.functions().len()).into_par_iter().map(of_function).collect()
+    shares.into_iter().map(|share| libm::log(0.01 + share)).sum()
+}
+
+/// The sum of the squares of each function, whose vectors are multiplied by a factor, given the point.
+fn squares(at: &[&Here], functions: usize, factor: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut sums = vec![0.0; functions];
+    for (point, here) in at.iter().enumerate() {
+        let factor = factor(point);
+        here.iter().for_each(|(i, d)| sums[*i as usize] += (d * factor).norm_squared());
+    }
+    sums
 }

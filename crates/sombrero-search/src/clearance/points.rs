@@ -9,7 +9,6 @@
 
 use super::Limits;
 use super::walls::Walls;
-use sombrero_basis::Basis;
 use sombrero_coupling::{Assembly, Coupling, Facing, Link, spread};
 use sombrero_mesh::{Edges, PlanarRegions};
 
@@ -18,8 +17,8 @@ use sombrero_mesh::{Edges, PlanarRegions};
 const SLOPE: f64 = 0.02;
 
 /// What the functions of each point are multiplied by at this gain; it spreads along `links`.
-pub(super) fn limits(basis: &Basis, walls: &Walls, links: &[Link], gain: f64) -> Limits {
-    let mut factor = vec![1.0_f64; basis.vertex_count()];
+pub(super) fn limits(points: usize, walls: &Walls, links: &[Link], gain: f64) -> Limits {
+    let mut factor = vec![1.0_f64; points];
     for (pair, share) in walls.pairs.iter().zip(&walls.shares) {
         if gain * share > 1.0 {
             let least = 1.0 / (gain * share);

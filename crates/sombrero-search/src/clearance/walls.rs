@@ -1,9 +1,8 @@
 //! The pairs of places that a mark may bring too near to each other, or too far apart.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
-use sombrero_basis::Basis;
-use sombrero_coupling::{Assembly, Facing, facing};
+use sombrero_coupling::{Assembly, Facing, Views};
 use sombrero_spectral::{Here, next_field};
 
 /// As large as one of a model's many Gaussian numbers gets.
@@ -33,25 +32,26 @@ pub(super) struct Walls {
 impl Walls {
     /// Those whose share is more than 1 once functions are `gain` times as strong.
     pub(super) fn find(
-        basis: &Basis,
         at: &[&Here],
+        functions: usize,
         assembly: &Assembly<'_>,
+        views: &Views,
         epsilon: f64,
         gain: f64,
     ) -> Self {
-        let deviations: Vec<f64> = basis.deviations().iter().map(|sigma| LARGEST * epsilon * sigma).collect();
+        let sigma = |here: &&Here| here.iter().map(|(_, d)| d.norm_squared()).sum::<f64>().sqrt();
+        let deviations: Vec<f64> =
+            at.par_iter().with_min_len(CHUNK).map(|here| LARGEST * epsilon * sigma(here)).collect();
         let longest = deviations.iter().copied().fold(0.0, f64::max);
         let farthest: Vec<f64> = deviations.iter().map(|d| gain * (d + longest) / CHANGE).collect();
-        let mut pairs = facing(assembly, &farthest);
         // Most move too little to matter, whatever the two do.
-        pairs.retain(|pair| {
+        let mut pairs = views.facing(assembly, &farthest, |pair| {
             let most: f64 = pair.terms.iter().map(|(v, map)| map.norm() * deviations[*v as usize]).sum();
             CHANGE * pair.distance < gain * most
         });
         pairs.extend(super::thin::pairs(at, assembly, CHANGE / (LARGEST * epsilon * gain)));
         let mut walls = Self { shares: Vec::new(), pairs, longest, unit: LARGEST * epsilon / CHANGE };
-        let shares: Vec<f64> =
-            walls.squares(at, basis.functions().len()).into_iter().map(f64::sqrt).collect();
+        let shares: Vec<f64> = walls.squares(at, functions).into_iter().map(f64::sqrt).collect();
         let binding: Vec<bool> = shares.iter().map(|share| gain * share > 1.0).collect();
         walls.shares = shares.into_iter().filter(|share| gain * share > 1.0).collect();
         let mut binding = binding.into_iter();
@@ -68,46 +68,36 @@ impl Walls {
     fn squares(&self, at: &[&Here], functions: usize) -> Vec<f64> {
         let piece = functions.div_ceil(PIECES).max(1);
         let square = |pair: &Facing| {
-            let mut terms: Vec<(u32, Vector3<f64>)> = self.along(pair).collect();
-            // Sums are taken in order of points.
-            terms.sort_by_key(|term| term.0);
-            let mut rests: Vec<&Here> = terms.iter().map(|(v, _)| at[*v as usize]).collect();
             let mut sums = [0.0; PIECES];
-            loop {
-                let mut change = 0.0;
-                let function = next_field(&mut rests, |_, k, d| change += terms[k].1.dot(d));
-                let Some(function) = function else { return sums.iter().sum() };
-                sums[function as usize / piece] += change * change;
-            }
+            self.each_change(pair, at, |function, change| sums[function as usize / piece] += change * change);
+            sums.iter().sum()
         };
         self.pairs.par_iter().with_min_len(CHUNK).map(square).collect()
     }
 
-    /// For each point that a pair is part of u · M as a vector, in what is allowed.
-    fn along(&self, pair: &Facing) -> impl Iterator<Item = (u32, Vector3<f64>)> {
-        let unit = self.unit / pair.distance;
-        pair.terms.iter().map(move |(v, map)| (*v, map.transpose() * pair.direction * unit))
+    /// For each pair the functions that change it, and their own shares of what is allowed.
+    pub(super) fn changes(&self, at: &[&Here]) -> Vec<Vec<(u32, f64)>> {
+        let changes = |pair: &Facing| {
+            let mut changes = Vec::new();
+            self.each_change(pair, at, |function, change| changes.push((function, change)));
+            changes
+        };
+        self.pairs.par_iter().with_min_len(CHUNK).map(changes).collect()
     }
 
-    /// For each function the pairs that it changes, and its own share of what is allowed.
-    pub(super) fn changes(&self, basis: &Basis) -> Vec<Vec<(u32, f64)>> {
-        let mut part_of: Vec<Vec<(u32, Vector3<f64>)>> = vec![Vec::new(); basis.vertex_count()];
-        for (number, pair) in (0..).zip(&self.pairs) {
-            self.along(pair).for_each(|(v, along)| part_of[v as usize].push((number, along)));
+    /// Tells of each function that changes the pair, in order, by what of the allowed change.
+    fn each_change(&self, pair: &Facing, at: &[&Here], mut tell: impl FnMut(u32, f64)) {
+        let unit = self.unit / pair.distance;
+        let along = |(v, map): &(u32, Matrix3<f64>)| (*v, map.transpose() * pair.direction * unit);
+        let mut terms: Vec<(u32, Vector3<f64>)> = pair.terms.iter().map(along).collect();
+        // Sums are taken in order of points.
+        terms.sort_by_key(|term| term.0);
+        let mut rests: Vec<&Here> = terms.iter().map(|(v, _)| at[*v as usize]).collect();
+        loop {
+            let mut change = 0.0;
+            let function = next_field(&mut rests, |_, k, d| change += terms[k].1.dot(d));
+            let Some(function) = function else { return };
+            tell(function, change);
         }
-        let of = |change: &mut Vec<f64>, i: usize| {
-            let mut touched = Vec::new();
-            crate::coupled::each(basis, i, |row, d| {
-                for (pair, along) in &part_of[row] {
-                    touched.push(*pair);
-                    change[*pair as usize] += along.dot(&d);
-                }
-            });
-            touched.sort_unstable();
-            touched.dedup();
-            touched.iter().map(|&pair| (pair, std::mem::take(&mut change[pair as usize]))).collect()
-        };
-        let functions = (0..basis.functions().len()).into_par_iter();
-        functions.map_init(|| vec![0.0; self.pairs.len()], of).collect()
     }
 }

@@ -44,7 +44,7 @@ pub struct Embedder<'a> {
     /// What there is besides a lower ε by which less is seen.
     milder: Option<&'static str>,
     /// The preparation's.
-    pub(super) seconds: Stages,
+    seconds: Stages,
 }
 
 impl<'a> Embedder<'a> {
@@ -92,13 +92,9 @@ impl<'a> Embedder<'a> {
         if let Some(triangles) = unjoined(&model) {
             return Err(EmbedError::Unjoined { triangles });
         }
-        // The conversion takes one thread; what else needs the model alone takes another meanwhile.
         let (mut progressive, coarser) = rayon::join(
-            || seconds.time("conversion", || model.progressive()),
-            || {
-                model.coupling();
-                self_test::coarser(&model)
-            },
+            || seconds.time("conversion", || model.converted(&wanted)),
+            || self_test::coarser(&model),
         );
         let choice =
             seconds.time("basis", || Choice::new(&model, &mut progressive, parameters, fewer_if_small))?;
@@ -201,18 +197,18 @@ impl<'a> Embedder<'a> {
     /// A copy that [`mark`](Self::mark) made, with its [`fidelity`](EmbedReport::fidelity) measured and what is amiss among
     /// its warnings. All copies of one original are much alike: of many, one may stand for all.
     #[must_use]
-    pub fn measured(&self, mut marked: Marked) -> Marked {
-        let Self { original, model, .. } = self;
-        let mut seconds = marked.report.seconds;
-        let fidelity = seconds.time("fidelity", || {
-            let places = Places::new(original.points(), &marked.points);
-            // Both by the same means, so that what did not move is the same to the bit.
-            let [before, after] = [original.points(), &marked.points].map(|p| model.points_from_stored(p));
-            Fidelity::between(&before, &after, &model.soup().triangles, Some(places))
-        });
+    pub fn measured(&self, marked: Marked) -> Marked {
+        measured(self.original, &self.model, self.milder, marked)
+    }
+
+    /// [`measured`](Self::measured) with the preparation's seconds among its own, of the last copy: what only others need is
+    /// let go of.
+    pub(super) fn finished(self, marked: Marked) -> Marked {
+        let Self { original, model, basis, milder, mut seconds, .. } = self;
+        drop(basis);
+        let mut marked = measured(original, &model, milder, marked);
+        seconds.add(marked.report.seconds);
         marked.report.seconds = seconds;
-        marked.report.warnings.extend(fidelity.warnings(self.milder));
-        marked.report.fidelity = Some(fidelity);
         marked
     }
 
@@ -231,6 +227,21 @@ impl<'a> Embedder<'a> {
         };
         Ok(Document::parse_within(whole, Some(self.original.extension()), Limits::unlimited())?)
     }
+}
+
+/// A copy with its fidelity measured; `milder` is what there is besides a lower ε by which less is seen.
+fn measured(original: &Document, model: &Model, milder: Option<&'static str>, mut marked: Marked) -> Marked {
+    let mut seconds = marked.report.seconds;
+    let fidelity = seconds.time("fidelity", || {
+        let places = Places::new(original.points(), &marked.points);
+        // Both by the same means, so that what did not move is the same to the bit.
+        let [before, after] = [original.points(), &marked.points].map(|p| model.points_from_stored(p));
+        Fidelity::between(&before, &after, &model.soup().triangles, Some(places))
+    });
+    marked.report.seconds = seconds;
+    marked.report.warnings.extend(fidelity.warnings(milder));
+    marked.report.fidelity = Some(fidelity);
+    marked
 }
 
 /// So many triangles may be apart on purpose.

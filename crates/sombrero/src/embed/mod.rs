@@ -40,9 +40,5 @@ pub fn embed(original: &Document, secret: Secret, options: &EmbedOptions) -> Res
     let EmbedOptions { parameters, fewer_if_small, max_displacement, .. } = *options;
     let embedder = Embedder::within(original, parameters, fewer_if_small, max_displacement)?;
     let marked = embedder.mark(options.identity.clone(), secret, &options.rewrite)?;
-    let mut marked = embedder.measured(marked);
-    let mut seconds = embedder.seconds;
-    seconds.add(marked.report.seconds);
-    marked.report.seconds = seconds;
-    Ok(marked)
+    Ok(embedder.finished(marked))
 }

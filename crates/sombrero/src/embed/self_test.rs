@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sombrero_basis::Basis;
-use sombrero_extraction::{extract, extract_each};
+use sombrero_extraction::Whole;
 use sombrero_progressive::simplify;
 use sombrero_search::Model;
 use sombrero_spatial::{Surface, sample_ball};
@@ -29,6 +29,7 @@ const STEP: f64 = 1.25;
 /// originals to which something was done. They are linear: what they read from a copy is that and the mark.
 #[derive(Debug)]
 pub(super) struct SelfTest {
+    whole: Whole,
     /// With noise of [`TEST_NOISE`].
     noise: Vec<Option<f64>>,
     /// With noise of [`LIGHT_NOISE`] and half of the faces; `None` for a large model.
@@ -67,9 +68,10 @@ impl SelfTest {
         let halved = coarser.map(|shift| moved(&|i| Some(shift[i]? + noise[i] * (LIGHT_NOISE / TEST_NOISE))));
         let suspects: Vec<&[_]> =
             [Some(&noisy), halved.as_ref()].into_iter().flatten().map(|s| &s[..]).collect();
-        let mut read =
-            extract_each(basis, 1.0, points, &suspects)?.into_iter().map(|found| found.coefficients);
-        Ok(Self { noise: read.next().unwrap_or_default(), halved: read.next() })
+        let whole = Whole::new(basis);
+        let read = whole.extract(basis, 1.0, points, &suspects)?;
+        let mut read = read.into_iter().map(|found| found.coefficients);
+        Ok(Self { noise: read.next().unwrap_or_default(), halved: read.next(), whole })
     }
 
     /// The test of the stored positions of a copy; `wanted` is the log10 p that `enough` would give.
@@ -84,7 +86,8 @@ impl SelfTest {
         let found: Vec<Option<Point3<f64>>> =
             model.points_from_stored(stored).into_iter().map(Some).collect();
         let epsilon = key.parameters.epsilon;
-        let clean = extract(basis, epsilon, &model.soup().points, &found)?.coefficients;
+        let clean = self.whole.extract(basis, epsilon, &model.soup().points, &[&found])?;
+        let clean = clean.into_iter().next().map(|clean| clean.coefficients).unwrap_or_default();
         // Lengths agree by construction; a test that cannot be made is no evidence.
         let log10_p = |found: &[Option<f64>]| {
             let test = watermark_test(&key.watermark, found, &WatermarkTestOptions::default());
