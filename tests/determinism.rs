@@ -90,7 +90,7 @@ fn the_default_presets_basis_is_pinned() {
         let model = Model::new(soup);
         let Parameters { basis, epsilon, .. } = Preset::Faithful.parameters();
         let basis = |threads| {
-            with_threads(threads, || model.basis_for(&mut model.progressive(), &basis, epsilon).unwrap())
+            with_threads(threads, || model.basis_for(model.progressive(), &basis, epsilon).unwrap())
         };
         let digest = basis(1).digest();
         assert_eq!(digest, basis(3).digest());

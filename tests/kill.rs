@@ -91,9 +91,9 @@ impl Pairs {
         let copy = victim.exists(copy).then(|| Document::read(&victim.workshop.path(copy)).unwrap());
         let key = victim.exists(key).then(|| Key::from_json(&victim.workshop.read(key)).unwrap());
         let (Some(copy), Some(key)) = (copy, key) else { return };
-        let mut progressive = self.model.progressive();
+        let progressive = self.model.progressive();
         let options = key.parameters.basis;
-        let basis = self.model.basis_for(&mut progressive, &options, key.parameters.epsilon).unwrap();
+        let basis = self.model.basis_for(progressive, &options, key.parameters.epsilon).unwrap();
         let meant = embed(&self.points, &basis, &key.watermark, key.parameters.epsilon);
         let meant = self.model.stored_from_points(&meant);
         let off = copy.points().iter().zip(&meant).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);

@@ -42,8 +42,8 @@ pub fn second_watermark<R: Rng + ?Sized>(
 
 fn basis_of(soup: &Soup, options: &BasisOptions) -> Result<Basis, BasisError> {
     let made = repair(soup);
-    let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
-    let basis = Basis::new(&mut progressive, &made.points, options)?;
+    let progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
+    let basis = Basis::new(progressive, &made.points, options)?;
     Ok(basis.on_points(&made.source, soup.points.len()))
 }
 

@@ -82,13 +82,13 @@ impl Basis {
     /// The functions of the `options.coefficients` most significant vertex splits, most significant first; or as many
     /// fields at most.
     ///
-    /// `points` are those of the full mesh. Leaves `progressive` at the full mesh.
+    /// `points` are those of the full mesh.
     ///
     /// # Errors
     /// [`BasisError::TooFewSplits`] when fewer splits change the shape, [`BasisError::TooFewFields`] when no field can carry
     /// anything.
     pub fn new(
-        progressive: &mut ProgressiveMesh,
+        progressive: ProgressiveMesh,
         points: &[Point3<f64>],
         options: &BasisOptions,
     ) -> Result<Self, BasisError> {
@@ -103,11 +103,7 @@ impl Basis {
     }
 
     /// At most so many fields.
-    fn filled(
-        progressive: &mut ProgressiveMesh,
-        points: &[Point3<f64>],
-        most: usize,
-    ) -> Result<Self, BasisError> {
+    fn filled(progressive: ProgressiveMesh, points: &[Point3<f64>], most: usize) -> Result<Self, BasisError> {
         let options = FieldsOptions { most, ..FieldsOptions::default() };
         let fields = Fields::new(progressive, points, &options)
             .map_err(|_| BasisError::TooFewFields { available: 0 })?;
@@ -115,7 +111,7 @@ impl Basis {
     }
 
     fn of_splits(
-        progressive: &mut ProgressiveMesh,
+        mut progressive: ProgressiveMesh,
         points: &[Point3<f64>],
         options: &BasisOptions,
     ) -> Result<Self, BasisError> {
@@ -124,13 +120,13 @@ impl Basis {
         let levels = progressive.split_count();
         let column = levels.div_ceil(COLUMNS.max(wanted));
         let progress = Progress::new("basis", 3 * levels + column * wanted.min(levels));
-        let all = magnitudes(progressive, points, &progress);
+        let all = magnitudes(&mut progressive, points, &progress);
         let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {
             return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
         }
-        let outlines = outlines(progressive, &splits, &progress);
-        let columns = columns(progressive, points, &outlines, options.function, || progress.advance(column));
+        let outlines = outlines(&mut progressive, &splits, &progress);
+        let columns = columns(&progressive, points, &outlines, options.function, || progress.advance(column));
         let energy = |column: &Column| column.iter().map(|(_, phi)| phi * phi).sum::<f64>();
         let heights: Vec<f64> = outlines.iter().map(|o| all[o.split].height).collect();
         let amplitudes = options.amplitudes.of(&heights, &columns.iter().map(energy).collect::<Vec<_>>());
@@ -499,9 +495,8 @@ mod tests {
     fn sphere_basis(coefficients: usize) -> Result<Basis, BasisError> {
         let soup = shapes::bumpy_sphere(600);
         let made = repair(&soup);
-        let mut progressive =
-            ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
-        Basis::new(&mut progressive, &made.points, &BasisOptions { coefficients, ..Default::default() })
+        let progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
+        Basis::new(progressive, &made.points, &BasisOptions { coefficients, ..Default::default() })
     }
 
     #[test]

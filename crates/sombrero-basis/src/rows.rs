@@ -117,9 +117,9 @@ mod tests {
         for (function, amplitudes) in
             [(BasisFunction::Sombrero, Amplitudes::Heights), (BasisFunction::Field, Amplitudes::Filled)]
         {
-            let mut progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points).unwrap();
+            let progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points).unwrap();
             let options = BasisOptions { function, amplitudes, coefficients: 30 };
-            let basis = Basis::new(&mut progressive, &made.points, &options).unwrap();
+            let basis = Basis::new(progressive, &made.points, &options).unwrap();
             let n = basis.vertex_count();
             let parts = [0..1, 1..1, 1..300, 300..n].map(|vertices| basis.rows(vertices));
             let rows: Vec<_> = parts.iter().flat_map(Rows::iter).collect();

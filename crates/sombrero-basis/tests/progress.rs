@@ -13,7 +13,7 @@ fn a_basis_says_how_far_it_is() {
     let progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
     for coefficients in [7, 50, 200] {
         let options = BasisOptions { coefficients, ..BasisOptions::default() };
-        let basis = || Basis::new(&mut progressive.clone(), &made.points, &options).unwrap();
+        let basis = || Basis::new(progressive.clone(), &made.points, &options).unwrap();
         let (result, heard) = heard(basis);
         assert!((50..=101).contains(&heard.len()), "{}", heard.len());
         assert_eq!(result, basis(), "and is the same when nobody listens");

@@ -15,7 +15,7 @@ mod tests;
 mod thin;
 
 pub use coupling::{Assembly, Coupling, Shown, Weights};
-pub use facing::{Facing, Views};
+pub use facing::{Facing, facing};
 pub use join::{join, reach};
 /// The crate whose points stand in the signatures here.
 pub use nalgebra;

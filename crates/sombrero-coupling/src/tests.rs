@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use crate::{Assembly, Coupling, Shown, Views, join, reach};
+use crate::{Assembly, Coupling, Shown, facing, join, reach};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use proptest::prelude::*;
 use sombrero_mesh::Soup;
@@ -173,8 +173,7 @@ fn two_sides_of_a_plate_face_each_other() {
         places: &[],
         draws_loose: false,
     };
-    let views = Views::new(&assembly);
-    let pairs = views.facing(&assembly, &[0.5; 8], |_| true);
+    let pairs = facing(&assembly, &[0.5; 8], |_| true);
     assert!(pairs.len() >= 8, "{}", pairs.len());
     for pair in &pairs {
         assert!((pair.distance - 0.1).abs() < 1e-12);
@@ -185,8 +184,8 @@ fn two_sides_of_a_plate_face_each_other() {
         assert!(apart(1.0, 1.0).abs() < 1e-12);
         assert!((apart(1.0, 0.0).abs() - 1.0).abs() < 1e-12);
     }
-    assert!(views.facing(&assembly, &[0.05; 8], |_| true).is_empty());
-    assert!(views.facing(&assembly, &[0.5; 8], |pair| pair.distance > 0.2).is_empty());
+    assert!(facing(&assembly, &[0.05; 8], |_| true).is_empty());
+    assert!(facing(&assembly, &[0.5; 8], |pair| pair.distance > 0.2).is_empty());
 }
 
 proptest! {

@@ -318,10 +318,9 @@ mod tests {
 
     fn case(coefficients: usize) -> (Basis, Vec<Point3<f64>>) {
         let made = repair(&shapes::bumpy_sphere(1500));
-        let mut progressive =
-            ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
+        let progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
         let options = BasisOptions { coefficients, ..Default::default() };
-        (Basis::new(&mut progressive, &made.points, &options).unwrap(), made.points)
+        (Basis::new(progressive, &made.points, &options).unwrap(), made.points)
     }
 
     fn marked(basis: &Basis, points: &[Point3<f64>], w: &[f64]) -> Vec<Option<Point3<f64>>> {

@@ -237,9 +237,10 @@ mod tests {
     #[test]
     fn a_vector_for_each_entry_moves_and_is_seen_as_a_function_along_a_direction() {
         let made = repair(&shapes::bumpy_sphere(400));
-        let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+        let triangles = made.mesh.triangles();
+        let progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
         let options = BasisOptions { coefficients: 30, ..Default::default() };
-        let basis = Basis::new(&mut progressive, &made.points, &options).unwrap();
+        let basis = Basis::new(progressive, &made.points, &options).unwrap();
         let along = |i: usize| {
             let column = basis.values().col(i);
             let entries = column.row_indices().iter().zip(column.values());
@@ -248,7 +249,6 @@ mod tests {
         let vectors = Basis::of_fields(made.points.len(), (0..30).map(along).collect());
         let both = [&basis, &vectors].map(|b| MarkMatrix::new(b, 0.01));
         let w = DVector::from_fn(30, |i, _| f64::from(i as u32 % 5) - 2.0);
-        let triangles = progressive.mesh().triangles();
         for &corners in triangles.iter().step_by(7) {
             let [a, b] = both.each_ref().map(|matrix| matrix.displacement(corners[0], &w));
             assert!((a - b).norm() < 1e-15);

@@ -30,9 +30,9 @@ fn case(kind: usize, scale: f64, away: f64) -> Case {
     let moved = |p: &Point3<f64>| p * scale + Vector3::repeat(away * scale);
     let made = repair(&Soup::new(shape.points.iter().map(moved).collect(), shape.triangles));
     let soup = Soup::new(made.points.clone(), made.mesh.triangles());
-    let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+    let progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
     let options = BasisOptions { coefficients, ..BasisOptions::default() };
-    let basis = Basis::new(&mut progressive, &soup.points, &options).unwrap();
+    let basis = Basis::new(progressive, &soup.points, &options).unwrap();
     let extractor = Extractor::new(&basis, EPSILON, &soup).unwrap();
     Case { soup, extractor }
 }

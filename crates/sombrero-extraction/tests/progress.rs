@@ -12,8 +12,8 @@ use sombrero_shapes as shapes;
 fn an_extraction_says_how_far_it_is() {
     let made = repair(&shapes::bust(16));
     let soup = Soup::new(made.points.clone(), made.mesh.triangles());
-    let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
-    let basis = Basis::new(&mut progressive, &made.points, &BasisOptions::default()).unwrap();
+    let progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
+    let basis = Basis::new(progressive, &made.points, &BasisOptions::default()).unwrap();
     let extractor = Extractor::new(&basis, 0.01, &soup).unwrap();
     let nuisance = Nuisance { deformation: Deformation::Affine, modes: &[Modes::Smoothing] };
     let found: Vec<_> = soup.points.iter().copied().map(Some).collect();

@@ -29,9 +29,9 @@ fn case(vertices: usize, coefficients: usize) -> Case {
 fn case_of(shape: &Soup, coefficients: usize) -> Case {
     let made = repair(shape);
     let soup = Soup::new(made.points.clone(), made.mesh.triangles());
-    let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
+    let progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
     let options = BasisOptions { coefficients, ..BasisOptions::default() };
-    let basis = Basis::new(&mut progressive, &soup.points, &options).unwrap();
+    let basis = Basis::new(progressive, &soup.points, &options).unwrap();
     let extractor = Extractor::new(&basis, EPSILON, &soup).unwrap();
     Case { soup, basis, extractor }
 }

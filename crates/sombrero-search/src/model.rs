@@ -4,7 +4,7 @@ use crate::clearance::kept_apart;
 use crate::coupled::coupled;
 use nalgebra::Point3;
 use sombrero_basis::{Basis, BasisError, BasisFunction, BasisOptions};
-use sombrero_coupling::{Assembly, Coupling, Shown, Views, join, reach};
+use sombrero_coupling::{Assembly, Coupling, Shown, join, reach};
 use sombrero_mesh::repair::Repaired;
 use sombrero_mesh::{BoundingBox, Place, Scene, Soup, Weld, repair, topology};
 use sombrero_progressive::ProgressiveMesh;
@@ -33,7 +33,6 @@ pub struct Model {
     repaired: OnceLock<Repaired>,
     bounds: OnceLock<Option<BoundingBox>>,
     coupling: OnceLock<Coupling>,
-    views: OnceLock<Views>,
 }
 
 impl Model {
@@ -70,7 +69,6 @@ impl Model {
             repaired: OnceLock::new(),
             bounds: OnceLock::new(),
             coupling: OnceLock::new(),
-            views: OnceLock::new(),
         }
     }
 
@@ -84,12 +82,10 @@ impl Model {
         self.repaired.get_or_init(|| repair(&self.soup))
     }
 
-    /// Lets go of the manifold mesh, which is as large as all else, and of what a basis alone needs, until they are asked for
-    /// again.
+    /// Lets go of the manifold mesh, which is as large as all else, until it is asked for again.
     pub(crate) fn forget_repaired(&mut self) {
         self.bounding_box();
         self.repaired.take();
-        self.views.take();
     }
 
     /// The points alone, for those who need no more.
@@ -136,16 +132,9 @@ impl Model {
         ProgressiveMesh::new(mesh.clone(), points).expect("repaired points are finite")
     }
 
-    /// [`progressive`](Self::progressive), which takes one thread, while another computes what else a basis with these options
-    /// needs of the model alone.
-    pub fn converted(&self, options: &BasisOptions) -> ProgressiveMesh {
-        let rest = || {
-            self.coupling();
-            if options.function == BasisFunction::Field {
-                self.views();
-            }
-        };
-        rayon::join(|| self.progressive(), rest).0
+    /// [`progressive`](Self::progressive), which takes one thread, while another finds the coupling.
+    pub fn converted(&self) -> ProgressiveMesh {
+        rayon::join(|| self.progressive(), || self.coupling()).0
     }
 
     /// The basis over points.
@@ -153,7 +142,7 @@ impl Model {
     /// # Errors
     /// [`BasisError`] when the mesh cannot carry that many coefficients.
     pub fn basis(&self, options: &BasisOptions) -> Result<Basis, BasisError> {
-        self.basis_of(&mut self.progressive(), options)
+        self.basis_of(self.progressive(), options)
     }
 
     /// [`basis`](Self::basis), given the model's progressive mesh.
@@ -165,7 +154,7 @@ impl Model {
     /// When `progressive` is that of a larger model.
     pub fn basis_of(
         &self,
-        progressive: &mut ProgressiveMesh,
+        progressive: ProgressiveMesh,
         options: &BasisOptions,
     ) -> Result<Basis, BasisError> {
         let Repaired { points, source, .. } = self.repaired();
@@ -183,7 +172,7 @@ impl Model {
     /// As [`basis_of`](Self::basis_of).
     pub fn basis_for(
         &self,
-        progressive: &mut ProgressiveMesh,
+        progressive: ProgressiveMesh,
         options: &BasisOptions,
         epsilon: f64,
     ) -> Result<Basis, BasisError> {
@@ -196,17 +185,12 @@ impl Model {
         if options.function != BasisFunction::Field {
             return basis;
         }
-        kept_apart(basis, &self.assembly(), (self.coupling(), self.views()), self.largest_side(), epsilon)
+        kept_apart(basis, &self.assembly(), self.coupling(), self.largest_side(), epsilon)
     }
 
     /// What keeps points together that meet at any of their places, or lie on something.
     pub fn coupling(&self) -> &Coupling {
         self.coupling.get_or_init(|| Coupling::new(&self.assembly()))
-    }
-
-    /// What each place faces.
-    fn views(&self) -> &Views {
-        self.views.get_or_init(|| Views::new(&self.assembly()))
     }
 
     fn assembly(&self) -> Assembly<'_> {

@@ -57,10 +57,8 @@ impl Original {
     pub fn of_outline(outline: Outline, options: &BasisOptions, epsilon: f64) -> Result<Self, OriginalError> {
         // Timed for those who listen to the events; the caller times the whole.
         let mut seconds = Stages::default();
-        let mut progressive = seconds.time("conversion", || outline.model().converted(options));
-        let basis =
-            seconds.time("basis", || outline.model().basis_for(&mut progressive, options, epsilon))?;
-        drop(progressive);
+        let progressive = seconds.time("conversion", || outline.model().converted());
+        let basis = seconds.time("basis", || outline.model().basis_for(progressive, options, epsilon))?;
         Self::with_basis(outline, basis, epsilon)
     }
 

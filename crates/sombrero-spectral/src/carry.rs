@@ -84,10 +84,10 @@ struct Rung {
 }
 
 impl Ladder {
-    /// From the present level of `progressive`, which is left at the full mesh with so many `vertices`.
-    pub(crate) fn climb(progressive: &mut ProgressiveMesh, vertices: usize) -> Self {
-        let rank = nested(progressive, vertices);
-        let rung = || Rung::climb(progressive, &rank);
+    /// From the present level of `progressive` to the full mesh with so many `vertices`.
+    pub(crate) fn climb(mut progressive: ProgressiveMesh, vertices: usize) -> Self {
+        let rank = nested(&progressive, vertices);
+        let rung = || Rung::climb(&mut progressive, &rank);
         Self { rungs: std::iter::from_fn(rung).collect() }
     }
 }

@@ -97,13 +97,13 @@ const FINER: usize = 20;
 const OBSERVED: f64 = 0.77;
 
 impl Fields {
-    /// Finds them. `points` are those of the full mesh, at which `progressive` is left. Time and memory grow linearly
-    /// with the mesh.
+    /// Finds them. `points` are those of the full mesh. Time and memory grow linearly with the mesh; `progressive` is let go of
+    /// before they are needed.
     ///
     /// # Errors
     /// [`FieldsError`] when there are none.
     pub fn new(
-        progressive: &mut ProgressiveMesh,
+        mut progressive: ProgressiveMesh,
         points: &[Point3<f64>],
         options: &FieldsOptions,
     ) -> Result<Self, FieldsError> {

@@ -8,9 +8,10 @@ use sombrero_shapes as shapes;
 
 fn fields(soup: &Soup, options: &FieldsOptions) -> (Fields, Vec<Point3<f64>>, Vec<[u32; 3]>) {
     let made = repair(soup);
-    let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
-    let fields = Fields::new(&mut progressive, &made.points, options).unwrap();
-    (fields, made.points, progressive.mesh().triangles())
+    let triangles = made.mesh.triangles();
+    let progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+    let fields = Fields::new(progressive, &made.points, options).unwrap();
+    (fields, made.points, triangles)
 }
 
 fn moved(fields: &Fields, points: &[Point3<f64>], epsilon: f64) -> Vec<Point3<f64>> {
@@ -135,8 +136,8 @@ fn any_shape_has_fields_or_none() {
         for scale in [1.0, 1e-150, 1e110, 1e300] {
             let points = soup.points.iter().map(|p| p * scale).collect();
             let made = repair(&Soup::new(points, soup.triangles.clone()));
-            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
-            if let Ok(fields) = Fields::new(&mut progressive, &made.points, &FieldsOptions::default()) {
+            let progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+            if let Ok(fields) = Fields::new(progressive, &made.points, &FieldsOptions::default()) {
                 let entries = || fields.columns.iter().flatten();
                 assert!(entries().count() > 0, "{scale}");
                 assert!(entries().all(|(_, d)| d.iter().all(|x| x.is_finite())), "{scale}");

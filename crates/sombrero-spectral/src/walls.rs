@@ -14,7 +14,7 @@ use crate::surface::{Rings, Surface};
 use crate::visibility::Term;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use sombrero_coupling::{Assembly, Facing, Views, across};
+use sombrero_coupling::{Assembly, Facing, across, facing};
 use sombrero_mesh::BoundingBox;
 
 /// τ: the share that a thickness may change by, root mean square. With it hardly any number of a mark changes one by more than
@@ -72,7 +72,7 @@ impl Keeping {
         let reach = vec![self.contact; points.len()];
         let assembly = Assembly { points, triangles, reach: &reach, places: &[], draws_loose: false };
         let farthest = vec![self.farthest; points.len()];
-        let pairs = Views::new(&assembly).facing(&assembly, &farthest, |_| true);
+        let pairs = facing(&assembly, &farthest, |_| true);
         pairs.iter().filter_map(|p| self.term(p, p.distance, areas[p.terms[0].0 as usize])).collect()
     }
 

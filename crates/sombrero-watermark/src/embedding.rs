@@ -45,9 +45,9 @@ mod tests {
         #[test]
         fn twice_the_watermark_moves_twice_as_far(w in prop::collection::vec(-2.0..2.0f64, 20)) {
             let made = repair(&shapes::bumpy_sphere(500));
-            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
+            let progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
             let options = BasisOptions { coefficients: 20, ..Default::default() };
-            let basis = Basis::new(&mut progressive, &made.points, &options).unwrap();
+            let basis = Basis::new(progressive, &made.points, &options).unwrap();
             let once = embed(&made.points, &basis, &w, 0.01);
             let twice = embed(&made.points, &basis, &w, 0.02);
             for ((v, once), twice) in made.points.iter().zip(&once).zip(&twice) {

@@ -243,10 +243,10 @@ mod tests {
     #[test]
     fn a_genuine_key_is_told_from_edited_ones() {
         let surface = repair(&shapes::bumpy_sphere(300));
-        let mut progressive = ProgressiveMesh::new(surface.mesh, &surface.points).unwrap();
+        let progressive = ProgressiveMesh::new(surface.mesh, &surface.points).unwrap();
         let parameters = Preset::Paper.parameters();
         let options = BasisOptions { coefficients: 16, ..parameters.basis };
-        let basis = Basis::new(&mut progressive, &surface.points, &options).unwrap();
+        let basis = Basis::new(progressive, &surface.points, &options).unwrap();
         let parameters = Parameters { basis: options, ..parameters };
         let file = OriginalDigest::of_file(b"file");
         let key =

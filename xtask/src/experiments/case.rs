@@ -58,7 +58,7 @@ impl Case {
 
     pub(crate) fn new(document: Document, parameters: Parameters) -> anyhow::Result<Self> {
         let model = sombrero::Model::new(document.soup());
-        let basis = model.basis_for(&mut model.progressive(), &parameters.basis, parameters.epsilon)?;
+        let basis = model.basis_for(model.progressive(), &parameters.basis, parameters.epsilon)?;
         let mut parameters = parameters;
         parameters.basis.coefficients = basis.functions().len();
         let key = key(&document, Secret([0; 32]), parameters, &basis);

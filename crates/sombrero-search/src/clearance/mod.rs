@@ -21,7 +21,7 @@ mod thin;
 mod walls;
 
 use sombrero_basis::Basis;
-use sombrero_coupling::{Assembly, Coupling, Views};
+use sombrero_coupling::{Assembly, Coupling};
 use sombrero_spectral::{Columns, Here, Onlooker};
 use walls::Walls;
 
@@ -38,7 +38,7 @@ const NEAR: f64 = 0.02;
 pub(crate) fn kept_apart(
     basis: Basis,
     assembly: &Assembly<'_>,
-    (coupling, views): (&Coupling, &Views),
+    coupling: &Coupling,
     side: f64,
     epsilon: f64,
 ) -> Basis {
@@ -47,7 +47,7 @@ pub(crate) fn kept_apart(
     let rows = basis.all_rows();
     drop(basis);
     let at: Vec<&Here> = rows.iter().collect();
-    let limits = limits(&at, functions, assembly, (coupling, views), side, epsilon);
+    let limits = limits(&at, functions, assembly, coupling, side, epsilon);
     let factor =
         |i: u32, point: u32| limits.as_ref().map_or(1.0, |limits| limits.factor(i as usize, point as usize));
     let columns = Columns::new(&at, functions, factor);
@@ -62,11 +62,11 @@ fn limits(
     at: &[&Here],
     functions: usize,
     assembly: &Assembly<'_>,
-    (coupling, views): (&Coupling, &Views),
+    coupling: &Coupling,
     side: f64,
     epsilon: f64,
 ) -> Option<Limits> {
-    let walls = Walls::find(at, functions, assembly, views, epsilon, GAIN);
+    let walls = Walls::find(at, functions, assembly, epsilon, GAIN);
     if !walls.bind(1.0) {
         return None;
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
-use sombrero_coupling::{Assembly, Facing, Views};
+use sombrero_coupling::{Assembly, Facing, facing};
 use sombrero_spectral::{Here, next_field};
 
 /// As large as one of a model's many Gaussian numbers gets.
@@ -35,7 +35,6 @@ impl Walls {
         at: &[&Here],
         functions: usize,
         assembly: &Assembly<'_>,
-        views: &Views,
         epsilon: f64,
         gain: f64,
     ) -> Self {
@@ -45,7 +44,7 @@ impl Walls {
         let longest = deviations.iter().copied().fold(0.0, f64::max);
         let farthest: Vec<f64> = deviations.iter().map(|d| gain * (d + longest) / CHANGE).collect();
         // Most move too little to matter, whatever the two do.
-        let mut pairs = views.facing(assembly, &farthest, |pair| {
+        let mut pairs = facing(assembly, &farthest, |pair| {
             let most: f64 = pair.terms.iter().map(|(v, map)| map.norm() * deviations[*v as usize]).sum();
             CHANGE * pair.distance < gain * most
         });

@@ -94,7 +94,7 @@ impl Detector {
     pub fn confirm(&self) -> Result<(), DetectError> {
         let Parameters { basis, epsilon, .. } = &self.key.parameters;
         let model = self.original.model();
-        let basis = model.basis_for(&mut model.converted(basis), basis, *epsilon)?;
+        let basis = model.basis_for(model.converted(), basis, *epsilon)?;
         Ok(self.key.check_basis(&basis.digest())?)
     }
 

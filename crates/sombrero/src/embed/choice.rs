@@ -24,7 +24,7 @@ impl Choice {
     /// or of the preset robust where nothing of the mesh moves unseen.
     pub(super) fn new(
         model: &Model,
-        progressive: &mut ProgressiveMesh,
+        progressive: ProgressiveMesh,
         parameters: Parameters,
         make_do: bool,
     ) -> Result<Self, BasisError> {
@@ -32,7 +32,7 @@ impl Choice {
             Err(BasisError::TooFewFields { .. })
                 if make_do && parameters.preset == Some(Preset::Faithful) =>
             {
-                let robust = with(model, progressive, Preset::Robust.parameters(), true)?;
+                let robust = with(model, model.progressive(), Preset::Robust.parameters(), true)?;
                 Ok(Self { note: Some(SEEN.to_owned()), ..robust })
             }
             choice => choice,
@@ -45,7 +45,7 @@ const SEEN: &str = "Nothing of this mesh moves without being seen (it has few ve
 
 fn with(
     model: &Model,
-    progressive: &mut ProgressiveMesh,
+    progressive: ProgressiveMesh,
     parameters: Parameters,
     make_do: bool,
 ) -> Result<Choice, BasisError> {
@@ -53,7 +53,8 @@ fn with(
     let basis = match model.basis_of(progressive, &wanted) {
         Err(BasisError::TooFewSplits { available, .. }) if make_do => {
             let fewer = BasisOptions { coefficients: available.max(*COEFFICIENTS.start()), ..wanted };
-            model.basis_of(progressive, &fewer)?
+            // So small a mesh is converted again sooner than a large one's levels are kept.
+            model.basis_of(model.progressive(), &fewer)?
         }
         basis => basis?,
     };

@@ -92,13 +92,10 @@ impl<'a> Embedder<'a> {
         if let Some(triangles) = unjoined(&model) {
             return Err(EmbedError::Unjoined { triangles });
         }
-        let (mut progressive, coarser) = rayon::join(
-            || seconds.time("conversion", || model.converted(&wanted)),
-            || self_test::coarser(&model),
-        );
+        let (progressive, coarser) =
+            rayon::join(|| seconds.time("conversion", || model.converted()), || self_test::coarser(&model));
         let choice =
-            seconds.time("basis", || Choice::new(&model, &mut progressive, parameters, fewer_if_small))?;
-        drop(progressive);
+            seconds.time("basis", || Choice::new(&model, progressive, parameters, fewer_if_small))?;
         let Choice { basis, mut parameters, expected, note } = choice;
         // A preset that was taken for want of the other one is not to be exchanged for it.
         let milder = parameters.basis.function != BasisFunction::Field && note.is_none();

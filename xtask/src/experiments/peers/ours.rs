@@ -71,7 +71,7 @@ impl Bench<'_> {
             ProgressiveMesh::new(made.mesh.clone(), &made.points).expect("repaired points are finite");
         let basis = timed(
             &self.subject("a basis of 50 functions", ""),
-            |_| Ok(Basis::new(&mut progressive.clone(), &made.points, &BasisOptions::default())?),
+            |_| Ok(Basis::new(progressive.clone(), &made.points, &BasisOptions::default())?),
             |done| Ok([("entries".into(), done[0].values().nnz().into())].into()),
         )?;
         Ok(vec![converted, basis])

@@ -46,9 +46,9 @@ pub(crate) fn measure(folder: &Path, model: &Model) -> anyhow::Result<Times> {
         seconds.push(clock.elapsed().as_secs_f64());
         *clock = Instant::now();
     };
-    let mut progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points)?;
+    let progressive = ProgressiveMesh::new(made.mesh.clone(), &made.points)?;
     lap(&mut clock);
-    let basis = Basis::new(&mut progressive, &made.points, &BasisOptions::default())?;
+    let basis = Basis::new(progressive, &made.points, &BasisOptions::default())?;
     let basis = basis.on_points(&made.source, points.len());
     lap(&mut clock);
     let epsilon = Preset::Paper.parameters().epsilon;
