@@ -28,8 +28,8 @@ pub struct Sight {
 const TAIL: f64 = 3.4;
 /// How far the surface may move, in diagonals for a radian that all normals are to turn by: 0.00038 of 0.22 degrees.
 const REACH: f64 = 0.1;
-/// What flat edges may bend by: 0.059 degrees of 0.22, in expectation.
-const FLAT: f64 = 0.27;
+/// What flat edges may bend by: 0.057 degrees of 0.22, in expectation.
+const FLAT: f64 = 0.26;
 /// The cosine of the angle from which an edge is not flat: 2 degrees.
 const FLAT_COSINE: f64 = 0.999_390_827_019_095_8;
 
