@@ -100,7 +100,7 @@ fn the_default_presets_basis_is_pinned() {
         [shapes::bumpy_sphere(1000), shapes::part(10)].map(|soup| digest(&soup)),
         [
             "810bf4d063d5c8557c2ea638dd6084ca243ead64ab5dcec1fb553742a0c0b911",
-            "dfa33735cc2b0c585a12b8365c1d40113d6d2a57d9cc9457d4a6d1c27f67d0dc",
+            "ab803b308bd38d47b9ad0807ba2c2f7a8f2c9bd652affc02dfb91589fb9883ea",
         ]
     );
 }
