@@ -14,6 +14,10 @@ use sombrero_catalogue::{Candidate, Question};
 /// CPU seconds for each test, as `detect` has them.
 pub(super) const BUDGET: f64 = 60.0;
 
+/// Candidates of a lower score are other shapes, and their keys are not tested: of 990 suspects attacked in nine ways, all whose
+/// original was among the ten candidates had it at 0.44 or more, and strangers rarely reach 0.4. Of fewer tests each counts more.
+const ALIKE: f64 = 0.4;
+
 /// A candidate, and what its keys said.
 pub(super) struct Examined {
     pub(super) candidate: Candidate,
@@ -55,11 +59,15 @@ struct Planned {
 impl Planned {
     /// A part is looked at by itself first, which is quicker, and then within the whole.
     fn tests(&self) -> usize {
-        match (self.keys.is_empty(), self.candidate.part) {
-            (true, _) => 0,
-            (false, None) => 1,
-            (false, Some(_)) => 2,
+        match (self.is_tested(), self.candidate.part) {
+            (false, _) => 0,
+            (true, None) => 1,
+            (true, Some(_)) => 2,
         }
+    }
+
+    fn is_tested(&self) -> bool {
+        !self.keys.is_empty() && self.candidate.score >= ALIKE
     }
 }
 
@@ -80,13 +88,15 @@ pub(super) fn examine(
         ..DetectOptions::default()
     };
     let mut examined: Vec<Examined> = Vec::with_capacity(planned.len());
-    for Planned { candidate, keys, mut notes } in planned {
+    for planned in planned {
+        let is_tested = planned.is_tested();
+        let Planned { candidate, keys, mut notes } = planned;
         // What the whole was made from, or this part.
         let is_settled = examined
             .iter()
             .any(|before| before.is_found() && [None, candidate.part].contains(&before.candidate.part));
         let mut tested = None;
-        if !keys.is_empty() && !is_settled {
+        if is_tested && !is_settled {
             match test(suspect, question, &candidate, originals, &keys, &options) {
                 Ok(found) => {
                     let Found { keys, named, notes: more } = found;
