@@ -2,7 +2,7 @@
 
 use crate::pairs::{Pair, close_pairs};
 use nalgebra::Point3;
-use sombrero_mesh::{Edges, connected};
+use sombrero_mesh::{Edges, connected, geometry};
 
 /// Differences of rounding, in sizes of the model.
 const ROUNDING: f64 = 1e-6;
@@ -25,8 +25,7 @@ pub fn reach(points: &[Point3<f64>], triangles: &[[u32; 3]], steps: &[f32]) -> V
         .map(|v| rounding.max(DIAGONAL * steps.get(v).copied().map_or(0.0, f64::from)))
         .collect();
     for corners in triangles {
-        let [a, b, c] = corners.map(|v| points[v as usize]);
-        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        let longest = geometry::longest_side(&corners.map(|v| points[v as usize]));
         corners.iter().for_each(|&v| reach[v as usize] = reach[v as usize].min(SHARE * longest));
     }
     reach

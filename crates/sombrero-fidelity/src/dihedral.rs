@@ -12,7 +12,7 @@
 
 use crate::Change;
 use nalgebra::{Point3, Vector3};
-use sombrero_mesh::Hinge;
+use sombrero_mesh::{Hinge, geometry};
 
 /// An edge of a smaller angle is flat, in degrees.
 pub const FLAT_EDGE: f64 = 2.0;
@@ -44,8 +44,7 @@ fn slivers(change: &Change<'_>) -> Vec<bool> {
     let least = SLIVER * change.bounds.diagonal();
     let is_sliver = |face: u32| {
         (0..2).any(|side| {
-            let [a, b, c] = change.corners(side, face);
-            let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+            let longest = geometry::longest_side(&change.corners(side, face));
             2.0 * change.facets[side].areas[face as usize] <= least * longest
         })
     };

@@ -11,6 +11,12 @@ pub fn area_vector(a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>) -> Vector3
     (b - a).cross(&(c - a))
 }
 
+/// The length of a triangle's longest side.
+#[inline]
+pub fn longest_side([a, b, c]: &[Point3<f64>; 3]) -> f64 {
+    (b - a).norm().max((c - b).norm()).max((a - c).norm())
+}
+
 /// The corners of a face.
 #[inline]
 pub fn corners(mesh: &Mesh, points: &[Point3<f64>], f: FaceId) -> [Point3<f64>; 3] {
