@@ -86,9 +86,18 @@ pub(crate) fn run(args: &CatalogueArgs) -> anyhow::Result<()> {
     }
     let temporary = std::env::temp_dir().join(format!("sombrero-catalogue-{}", std::process::id()));
     let folder = args.work.clone().unwrap_or_else(|| temporary.clone());
-    if let Some(copies) = args.marked {
-        return marked::run(&folder, copies, args.foreign, &args.out);
+    match args.marked {
+        Some(copies) => marked::run(&folder, copies, args.foreign, &args.out)?,
+        None => recalled(args, &folder)?,
     }
+    if args.work.is_none() {
+        std::fs::remove_dir_all(&temporary)?;
+    }
+    Ok(())
+}
+
+/// How often the right one is found, written down.
+fn recalled(args: &CatalogueArgs, folder: &Path) -> anyhow::Result<()> {
     let mut originals: Vec<Original> = (0..args.originals).map(Original::generated).collect();
     for folder in &args.real {
         originals.extend(real(folder)?);
@@ -96,11 +105,8 @@ pub(crate) fn run(args: &CatalogueArgs) -> anyhow::Result<()> {
     if originals.is_empty() {
         bail!("a catalogue of nothing answers nothing");
     }
-    let build_seconds = (!folder.exists()).then(|| build(&folder, &originals, args.jitter)).transpose()?;
-    let record = measured(args, &folder, &originals, build_seconds)?;
-    if args.work.is_none() {
-        std::fs::remove_dir_all(&temporary)?;
-    }
+    let build_seconds = (!folder.exists()).then(|| build(folder, &originals, args.jitter)).transpose()?;
+    let record = measured(args, folder, &originals, build_seconds)?;
     std::fs::create_dir_all(&args.out)?;
     show::write(&args.out, &record)
 }
