@@ -111,6 +111,14 @@ fn two_commands_lead_from_a_marked_model_to_a_named_buyer() {
     // The original itself carries no mark.
     let clean = workshop.line("search vase.obj --catalogue models --keys keys --json");
     assert_eq!((clean.status, &clean.json()["found"]), (Some(1), &json!(false)));
+    // A stranger is ranked by its shape, and no key is tested for it.
+    let torus = encode(Format::PlyBinaryLittleEndian, &shapes::torus(40, 20, 1.0, 0.4)).unwrap();
+    workshop.write("stranger.ply", torus);
+    let stranger = workshop.line("search stranger.ply --catalogue models --keys keys --json");
+    let answer = stranger.json();
+    let vase = answer["candidates"].as_array().unwrap().iter().find(|c| c["original"] == "vase.obj").unwrap();
+    assert_eq!((stranger.status, &answer["tests"], &vase["log10_p"]), (Some(1), &json!(0), &Value::Null));
+    assert!(vase["score"].as_f64().unwrap() < 0.4, "{answer}");
     let ranked = workshop.line("search vase.obj --catalogue models --rank-only --top 1 --json").json();
     assert_eq!((&ranked["candidates"][0]["log10_p"], &ranked["tested"]), (&Value::Null, &json!(false)));
 
