@@ -51,8 +51,8 @@ struct Probe {
 }
 
 impl Probe {
-    /// What it finds in a landmark of the cell with the signature `other`: 16, 14, 12, 9, 6, 4, 2, 1 and then nothing, by how many
-    /// bits differ. Written as a sum of ramps, so that many are told at once.
+    /// What it finds in a landmark of the cell with the signature `other`: 16, 14, 12, 9, 6, 4, 2, 1 and then nothing, by how
+    /// many bits differ. Written as a sum of ramps, so that many are told at once.
     fn vote(&self, other: u16) -> u16 {
         let differing = (self.signature ^ other).count_ones() as u16;
         let below = |end: u16| end.saturating_sub(differing);
@@ -77,8 +77,8 @@ impl Ballots {
         Self { cells, ballots }
     }
 
-    /// For each piece of the suspect the `most` pieces with most votes, best first; `alive` says which entries count. Lists are read
-    /// once for all.
+    /// For each piece of the suspect the `most` pieces with most votes, best first; `alive` says which entries count. Lists are
+    /// read once for all.
     pub(crate) fn count(
         &self,
         lists: &Lists,

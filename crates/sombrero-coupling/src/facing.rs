@@ -29,9 +29,9 @@ pub struct Facing {
     pub terms: Vec<(u32, Matrix3<f64>)>,
 }
 
-/// Pairs of places that face each other at less than `farthest`, as far as a place can come near, and that `count`: `farthest`
-/// is told for each point, and a face has that of its farthest-reaching corner. What is within [`reach`](crate::reach()) is in contact
-/// and no pair. O(n log n) as a rule; the same for any number of threads.
+/// Pairs of places that face each other at less than `farthest`, as far as a place can come near, and of which `counts` holds:
+/// `farthest` is told for each point, and a face has that of its farthest-reaching corner. What is within
+/// [`reach`](crate::reach()) is in contact and no pair. O(n log n) as a rule; the same for any number of threads.
 ///
 /// # Panics
 /// When a corner or a point of a place is not below the number of points, or a slice is shorter.
