@@ -74,13 +74,13 @@ pub(crate) struct Ladder {
 #[derive(Debug)]
 struct Rung {
     /// The vertices that are introduced, with their neighbours then.
-    new: Rings,
+    new: RingsInOrder,
     /// More than that of any neighbour that was introduced along with it; those of equal depth do not depend on each other.
     depths: Vec<u32>,
     /// Which vertex comes when: by depth, and then near those that are near it.
     order: Vec<u32>,
     /// All vertices there are in the end.
-    all: Rings,
+    all: RingsInOrder,
 }
 
 impl Ladder {
@@ -97,7 +97,7 @@ impl Rung {
     fn climb(progressive: &mut ProgressiveMesh, rank: &[u32]) -> Option<Self> {
         let most = GROWTH * progressive.mesh().vertex_count() as f64;
         let mut depth_of = vec![0; rank.len()];
-        let (mut new, mut depths) = (Rings::default(), Vec::new());
+        let (mut new, mut depths) = (RingsInOrder::default(), Vec::new());
         while (progressive.mesh().vertex_count() as f64) < most
             && let Some(split) = progressive.refine()
         {
@@ -114,7 +114,7 @@ impl Rung {
         order.sort_unstable_by_key(|&i| (depths[i as usize], rank[new.centres[i as usize] as usize]));
         let mut vertices: Vec<VertexId> = progressive.mesh().vertices().collect();
         vertices.sort_unstable_by_key(|v| rank[v.index()]);
-        let mut all = Rings::default();
+        let mut all = RingsInOrder::default();
         vertices.into_iter().for_each(|v| all.push(progressive.mesh(), v));
         Some(Self { new, depths, order, all })
     }
@@ -179,7 +179,7 @@ impl Scratch {
 
 /// Vertices with their neighbours, one behind the other.
 #[derive(Debug, Default)]
-struct Rings {
+struct RingsInOrder {
     centres: Vec<u32>,
     closed: Vec<bool>,
     /// Where the neighbours of each end.
@@ -187,7 +187,7 @@ struct Rings {
     vertices: Vec<u32>,
 }
 
-impl Rings {
+impl RingsInOrder {
     fn push(&mut self, mesh: &Mesh, v: VertexId) {
         self.centres.push(v.to_u32());
         self.closed.push(!mesh.is_boundary_vertex(v));
@@ -331,7 +331,7 @@ impl<'a> Rules<'a> {
     }
 
     /// Every vertex of a level half way towards the mean around it; `vertices` are those of the full mesh.
-    fn smoothed(&self, level: &Rings, lists: &Lists, vertices: usize) -> Lists {
+    fn smoothed(&self, level: &RingsInOrder, lists: &Lists, vertices: usize) -> Lists {
         let step = |i: &usize, scratch: &mut Scratch| {
             let ring = level.at(*i);
             let v = ring.centre;

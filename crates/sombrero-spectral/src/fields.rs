@@ -113,13 +113,13 @@ impl Fields {
         progressive.go_to(splits - splits.min(points.len().saturating_sub(options.vertices)));
         let level = progressive.compact();
         let sought = || {
-            let whole = Whole::new(points, triangles, options);
+            let mesh = FullMesh::new(points, triangles, options);
             progress.advance(1);
-            let chosen = whole.sought(&level, options, &progress);
-            (chosen, whole)
+            let chosen = mesh.sought(&level, options, &progress);
+            (chosen, mesh)
         };
         // Walking through the levels takes one thread.
-        let (ladder, (chosen, Whole { full, planes, keeping, .. })) =
+        let (ladder, (chosen, FullMesh { full, planes, keeping, .. })) =
             rayon::join(|| Ladder::climb(progressive, points.len()), sought);
         let chosen = chosen?;
 
@@ -137,7 +137,7 @@ impl Fields {
         if !(sight.normals_rms > 0.0 && sight.normals_rms.is_finite()) {
             return Err(FieldsError::None);
         }
-        let scale = sight.room().min(options.reach / options.turn / sight.moved_rms);
+        let scale = sight.room(options);
         let planes = planes.count();
         let columns = Columns::new(&at, chosen.len(), |_, _| scale);
         progress.advance(1);
@@ -157,7 +157,7 @@ impl Fields {
 }
 
 /// The full mesh as fields see it.
-struct Whole {
+struct FullMesh {
     full: Surface,
     planes: Planes,
     /// What filters do to a mesh that is far finer than the level, no field of the level looks like: then there are none.
@@ -166,7 +166,7 @@ struct Whole {
     keeping: Option<Keeping>,
 }
 
-impl Whole {
+impl FullMesh {
     fn new(points: &[Point3<f64>], triangles: Vec<[u32; 3]>, options: &FieldsOptions) -> Self {
         let full = Surface::new(points.to_vec(), triangles);
         let planes = Planes::find(&full);

@@ -1,11 +1,12 @@
 //! What is seen of fields whose coefficients are standard Gaussian: expectations, to first order, known before there is a mark.
 
+use crate::fields::FieldsOptions;
 use crate::planes::is_machined;
 use crate::surface::{Hinge, Surface};
 use crate::together::Here;
 use crate::turning::Strewn;
 use crate::visibility::bend;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use rayon::prelude::*;
 use sombrero_mesh::{BoundingBox, PlanarRegions};
 
@@ -26,8 +27,6 @@ pub struct Sight {
 
 /// What a hundredth of the area may turn by, in what all normals are to turn by: 0.75 degrees of 0.22, in expectation.
 const TAIL: f64 = 3.4;
-/// How far the surface may move, in diagonals for a radian that all normals are to turn by: 0.00038 of 0.22 degrees.
-const REACH: f64 = 0.1;
 /// What flat edges may bend by: 0.057 degrees of 0.22, in expectation.
 const FLAT: f64 = 0.26;
 /// The cosine of the angle from which an edge is not flat: 2 degrees.
@@ -49,11 +48,12 @@ impl Sight {
         }
     }
 
-    /// How much stronger fields may become until too much is seen, where all normals are to turn by 1; below 1 where it is
-    /// already.
-    pub fn room(&self) -> f64 {
+    /// How much stronger fields may become until too much is seen, where all normals are to turn by 1 and the surface to move
+    /// in proportion; below 1 where it is already.
+    pub fn room(&self, options: &FieldsOptions) -> f64 {
+        let reach = options.reach / options.turn;
         let flat = self.flat_edges.map_or(f64::INFINITY, |flat| FLAT / flat);
-        (1.0 / self.normals_rms).min(TAIL / self.normals_tail).min(REACH / self.moved_rms).min(flat)
+        (1.0 / self.normals_rms).min(TAIL / self.normals_tail).min(reach / self.moved_rms).min(flat)
     }
 }
 
@@ -98,10 +98,11 @@ fn moved(
     fields: &Strewn<impl AsRef<Here> + Sync, impl Fn(u32, u32) -> f64 + Sync>,
 ) -> f64 {
     let diagonal = BoundingBox::of(&surface.points).map_or(0.0, |b| b.diagonal());
-    let vertices = surface.vertex_normals().into_iter().zip(surface.vertex_areas());
-    let square = |(v, (n, area)): (u32, (Vector3<f64>, f64))| area * fields.squared(v, &n);
-    let sum: f64 = (0..).zip(vertices).map(square).sum();
-    (sum / surface.area).sqrt() / diagonal
+    let (normals, areas) = (surface.vertex_normals(), surface.vertex_areas());
+    let square = |v: usize| areas[v] * fields.squared(v as u32, &normals[v]);
+    let squares: Vec<f64> = (0..areas.len()).into_par_iter().map(square).collect();
+    // In order, whatever the number of threads.
+    (squares.iter().sum::<f64>() / surface.area).sqrt() / diagonal
 }
 
 /// Faces whose exponentials are taken at once.

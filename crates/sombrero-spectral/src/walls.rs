@@ -36,7 +36,7 @@ const CONTACT: f64 = 1e-6;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Keeping {
     /// ϑ, in radians.
-    pub(crate) turn: f64,
+    turn: f64,
     /// Places that are further apart than this in model units are not looked at.
     farthest: f64,
     /// Those nearer than this are in contact.
@@ -67,7 +67,7 @@ impl Keeping {
     }
 
     /// The walls and gaps of a surface.
-    pub(crate) fn walls(&self, surface: &Surface, areas: &[f64]) -> Vec<Term> {
+    fn walls(&self, surface: &Surface, areas: &[f64]) -> Vec<Term> {
         let Surface { points, triangles, .. } = surface;
         let reach = vec![self.contact; points.len()];
         let assembly = Assembly { points, triangles, reach: &reach, places: &[], draws_loose: false };

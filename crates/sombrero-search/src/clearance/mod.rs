@@ -22,7 +22,7 @@ mod walls;
 
 use sombrero_basis::Basis;
 use sombrero_coupling::{Assembly, Coupling};
-use sombrero_spectral::{Columns, Here, Onlooker};
+use sombrero_spectral::{Columns, FieldsOptions, Here, Onlooker};
 use walls::Walls;
 
 /// How much stronger functions are made at most where no wall limits them.
@@ -90,21 +90,23 @@ fn limits(
         by_function.filter(|by_function| by_function.0 >= by_point.0).unwrap_or(by_point).1
     };
     let room = |limits: &Limits| {
-        let room = onlooker.sight(at, |i, point| limits.factor(i as usize, point as usize)).room();
+        let sight = onlooker.sight(at, |i, point| limits.factor(i as usize, point as usize));
+        let room = sight.room(&FieldsOptions::default());
         if room.is_finite() { room } else { 1.0 }
     };
     let (mut gain, mut kept) = (1.0, limits(1.0));
+    let mut more = room(&kept);
     for _ in 0..ROUNDS {
-        let next = (gain * room(&kept)).min(GAIN);
+        let next = (gain * more).min(GAIN);
         if (next / gain - 1.0).abs() < NEAR {
             break;
         }
         gain = next;
         kept = limits(gain);
+        more = room(&kept);
     }
     // Where walls let other functions grow than those that were weakened, more may be seen than was reckoned with.
-    let room = room(&kept).min(1.0);
-    Some(kept.times(room))
+    Some(kept.times(more.min(1.0)))
 }
 
 /// What functions are multiplied by.
