@@ -96,7 +96,10 @@ fn what_is_seen_of_flat_edges_is_told_and_limited() {
     let expected = sight.flat_edges.unwrap();
     let seen = (bent / total).sqrt();
     assert!((seen / expected - 1.0).abs() < 0.01, "{seen} {expected}");
-    assert!(sight.room() > 1.0 - 1e-9 && sight.normals_rms < 1.0 + 1e-9, "{sight:?}");
+    assert!(
+        sight.room(&FieldsOptions::default()) > 1.0 - 1e-9 && sight.normals_rms < 1.0 + 1e-9,
+        "{sight:?}"
+    );
 }
 
 #[test]
