@@ -8,7 +8,7 @@ mod upkeep;
 use clap::{Parser, Subcommand};
 use experiments::{
     alignment, benchmark, calibrate, catalogue, collusion, figures, forgery, ordeal, peers, presets, removal,
-    roc, scaling, tables, visibility,
+    roc, scaling, suspects, tables, visibility,
 };
 use std::path::PathBuf;
 use upkeep::{ci, dist, hostile, models, package, tidy};
@@ -63,6 +63,8 @@ enum Verb {
     Roc(roc::Roc),
     /// Time every stage and weigh memory from a thousand to ten million triangles.
     Scaling(scaling::Scaling),
+    /// Look at suspects as they come: mirrored, scanned, printed, kits laid elsewhere, and what shows something else.
+    Suspects(suspects::Suspects),
     /// Recompute Tables 1, 2 and 3.
     Tables(tables::Tables),
     /// Check the repository's own rules.
@@ -96,6 +98,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Removal(args) => removal::run(&args, &folder),
         Verb::Roc(args) => roc::run(&args, &folder),
         Verb::Scaling(args) => scaling::run(&args),
+        Verb::Suspects(args) => suspects::run(&args, &folder),
         Verb::Tables(args) => tables::run(&args, &folder),
         Verb::Tidy => tidy::run(),
         Verb::Visibility(args) => visibility::run(&args, &folder),

@@ -17,5 +17,6 @@ mod program;
 pub(crate) mod removal;
 pub(crate) mod roc;
 pub(crate) mod scaling;
+pub(crate) mod suspects;
 pub(crate) mod tables;
 pub(crate) mod visibility;

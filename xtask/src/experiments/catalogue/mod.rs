@@ -1,7 +1,7 @@
 //! `cargo xtask catalogue`: builds a catalogue of generated originals with hard siblings and of real ones from a folder, makes
 //! suspects of every class, asks, and writes how often the right one is found, how large the catalogue is and how long it takes.
 
-mod families;
+pub(crate) mod families;
 mod jitter;
 mod marked;
 mod measure;
