@@ -217,6 +217,8 @@ fn parts_are_found_by_their_surfaces() {
     let found = look(&detector, &laid(&coarse, elsewhere)).unwrap();
     assert!(found.detected && found.log10_p < -20.0, "{}", found.log10_p);
     assert_eq!(found.parts.iter().map(|part| part.component).collect::<Vec<_>>(), [0, 1, 2]);
+    // Nothing is said of how badly it fits as a whole.
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
 }
 
 #[test]
@@ -226,6 +228,10 @@ fn kits_that_are_not_marked_are_not_found() {
     let detection = look(&detector, &laid(&parts, elsewhere)).unwrap();
     assert_nothing_found(&detection);
     assert_eq!(detection.variants_counted % 128, 0);
+    // Of one by itself too the vertices say all, so that no surface is laid on another.
+    let one = look(&detector, &laid(&parts[..1], elsewhere)).unwrap();
+    assert_nothing_found(&one);
+    assert!(one.seconds.0.iter().all(|(stage, _)| *stage != "registration"), "{:?}", one.seconds);
 }
 
 fn mirrored(soup: &Soup) -> Soup {

@@ -111,6 +111,7 @@ pub fn search_from<E: Examiner>(
         examiner,
         corresponding: Vec::new(),
         poses: Vec::new(),
+        found: false,
         clear: false,
         done,
     };
@@ -136,7 +137,8 @@ struct Search<'a, E> {
     /// Where the suspect may lie, for a look that comes later: vertices that correspond, and poses of its surface.
     corresponding: Vec<Correspondence>,
     poses: Vec<Affine3<f64>>,
-    /// Whether one of those that are over found the mark clearly.
+    /// Whether one of those that are over found the mark, and whether clearly.
+    found: bool,
     clear: bool,
     /// Those that are over.
     done: SearchOutcome<E>,
@@ -189,6 +191,7 @@ impl<'a, E: Examiner> Search<'a, E> {
         }
         let mut correspondences = self.correspondences(whole);
         let fits = correspondences.iter().any(Correspondence::fits);
+        let mut all_placed = false;
         if fits && self.suspect.correspondence.is_some() {
             whole.close_all();
         }
@@ -197,19 +200,19 @@ impl<'a, E: Examiner> Search<'a, E> {
             let shapes = self.shapes_of_parts(&components);
             let found = whole.seconds.time("matching", || placements::by_vertices(&shapes, &components));
             if !found.is_empty() {
-                let all = found.len() == components.len();
+                all_placed = found.len() == components.len();
                 if self.look_at_parts(found)? {
                     return Ok(true);
                 }
                 // One connectivity for all parts misleads the whole.
                 correspondences.retain(|correspondence| correspondence.is_within(HOPELESS));
-                if correspondences.is_empty() && all {
-                    return Ok(true);
-                }
             }
         }
         by_vertices(self.original, &correspondences, &NUISANCES, whole)?;
         self.corresponding = correspondences.into_iter().filter(Correspondence::fits).take(FEW).collect();
+        if all_placed {
+            return Ok(true);
+        }
         let numbered = self.suspect.correspondence.is_none();
         if numbered && whole.is_shared() && !whole.is_found() {
             return self.look_at_vertices_in_mirror();
@@ -348,10 +351,14 @@ impl<'a, E: Examiner> Search<'a, E> {
     fn close(&mut self, mut tally: Tally<'a, E>, parts: Vec<FoundPart>) -> bool {
         tally.finish();
         let (certain, counted, look) = (tally.is_certain(), tally.counted(), tally.look());
+        if tally.is_found() || !self.found {
+            // How badly the whole fits matters to nobody whose parts were found.
+            self.done.warnings.append(&mut tally.warnings);
+        }
+        self.found |= tally.is_found();
         self.clear |= tally.is_clear();
         self.done.budget_spent |= !certain && self.budget.is_spent();
         self.done.seconds.add(tally.seconds);
-        self.done.warnings.extend(tally.warnings);
         if tally.examiner.best().is_some() {
             self.done.looks.push(Looked { look, examiner: tally.examiner, counted, parts });
         }
