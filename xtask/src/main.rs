@@ -7,8 +7,8 @@ mod upkeep;
 
 use clap::{Parser, Subcommand};
 use experiments::{
-    alignment, benchmark, calibrate, catalogue, collusion, figures, forgery, ordeal, peers, presets, removal,
-    roc, scaling, suspects, tables, visibility,
+    alignment, benchmark, calibrate, catalogue, collusion, figures, forgery, ordeal, peers, presets,
+    readings, removal, roc, scaling, suspects, tables, visibility,
 };
 use std::path::PathBuf;
 use upkeep::{ci, dist, hostile, models, package, tidy};
@@ -57,6 +57,8 @@ enum Verb {
     Ordeal(ordeal::Ordeal),
     /// Compare sets of parameters at equal distortion.
     Presets(presets::Presets),
+    /// Try other readings of the paper, choice by choice, on its Tables 1 and 2.
+    Readings(readings::Readings),
     /// Take marks out without the original, and see what it costs.
     Removal(removal::Removal),
     /// Recompute Figure 6, how often a mark is missed under noise.
@@ -95,6 +97,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Package => package::run(),
         Verb::Ordeal(args) => ordeal::run(&args, &folder),
         Verb::Presets(args) => presets::run(&args, &folder),
+        Verb::Readings(args) => readings::run(&args, &folder),
         Verb::Removal(args) => removal::run(&args, &folder),
         Verb::Roc(args) => roc::run(&args, &folder),
         Verb::Scaling(args) => scaling::run(&args),

@@ -81,6 +81,11 @@ impl ProgressiveMesh {
         self.shape_level
     }
 
+    /// The same levels, all of them taken for ones that have the shape, as the paper's words have it.
+    pub fn faithful_at_every_level(self) -> Self {
+        Self { shape_level: 0, ..self }
+    }
+
     /// How many vertex splits lead from the base to the full mesh.
     pub fn split_count(&self) -> usize {
         self.collapses.len()

@@ -14,6 +14,7 @@ pub(crate) mod peers;
 mod plot;
 pub(crate) mod presets;
 mod program;
+pub(crate) mod readings;
 pub(crate) mod removal;
 pub(crate) mod roc;
 pub(crate) mod scaling;
