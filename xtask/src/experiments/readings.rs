@@ -51,6 +51,8 @@ struct Reading {
     test: WatermarkTestOptions,
     /// In the attacks: a text, and what stands instead.
     attack: Option<(&'static str, &'static str)>,
+    /// Whether the original is laid on the suspect, instead of the suspect on the original.
+    reversed: bool,
     /// Whether splits that turn a face by more than 45 degrees carry a mark too.
     all_splits: bool,
 }
@@ -70,6 +72,7 @@ impl Reading {
             resample: ResampleOptions::default(),
             test: WatermarkTestOptions::default(),
             attack: None,
+            reversed: false,
             all_splits: false,
         }
     }
@@ -122,6 +125,14 @@ impl Reading {
                 "registration: the last round takes pairs however far apart",
                 |options| options.icp.uniform_reach = Some(1.0),
             ),
+            Self {
+                reversed: true,
+                ..Self::of_registration(
+                    "the other way round",
+                    "registration: points of the original on planes of the suspect",
+                    |_| {},
+                )
+            },
             Self::of_registration("2,000 samples", "registration: a tenth of the samples", |options| {
                 options.icp.samples = 2_000;
             }),
@@ -181,19 +192,31 @@ impl Reading {
         ]
     }
 
+    /// From the suspect to the original.
+    fn registered(&self, subject: &Subject, suspect: &Soup) -> Option<Similarity3<f64>> {
+        let Subject { soup: original, reference, .. } = subject;
+        let laid = |reference: &Reference, soup: &Soup| {
+            let found = register(reference, &soup.points, &soup.triangles, &self.register).ok()?;
+            Some(found.best.reference_from_suspect)
+        };
+        if self.reversed {
+            let reference = Reference::new(&suspect.points, &suspect.triangles).ok()?;
+            return Some(laid(&reference, original)?.inverse());
+        }
+        laid(reference, suspect)
+    }
+
     /// log10 p of a row, by the steps that the paper took; 0 where one of them cannot be taken.
     fn look(&self, subject: &Subject, copy: &Copy, row: &Row) -> anyhow::Result<f64> {
         let specs = self.attack.map_or(row.attack.to_owned(), |(from, to)| row.attack.replace(from, to));
         let attacked =
             apply_all(&parse_list(&specs)?, &copy.soup, &mut ChaCha8Rng::seed_from_u64(copy.seed))?;
-        let Soup { points, triangles } = &attacked.soup;
-        let similarity = if row.registration {
-            let found = register(&subject.reference, points, triangles, &self.register);
-            let Ok(found) = found else { return Ok(0.0) };
-            found.best.reference_from_suspect
-        } else {
-            Similarity3::identity()
+        let similarity = match row.registration {
+            true => self.registered(subject, &attacked.soup),
+            false => Some(Similarity3::identity()),
         };
+        let Some(similarity) = similarity else { return Ok(0.0) };
+        let Soup { points, triangles } = &attacked.soup;
         let found: Vec<Option<Point3<f64>>> = if row.resampling {
             let moved = Soup::new(points.iter().map(|p| similarity * p).collect(), triangles.clone());
             let mut rng = ChaCha8Rng::seed_from_u64(copy.seed);
