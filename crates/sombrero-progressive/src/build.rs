@@ -41,9 +41,8 @@ const SHARE: usize = 1024;
 
 struct Run<'a> {
     mesh: &'a mut Mesh,
-    /// Positions, centred and scaled so that the largest side of the bounding box is 1. They are apart from the rest,
-    /// because most looks at a vertex are for its position only, and a large conversion waits for memory.
-    points: Vec<Point3<f64>>,
+    /// Apart from the rest, because most looks at a vertex are for its place only, and a large conversion waits for memory.
+    places: Vec<Place>,
     vertices: Vec<Vertex>,
     /// Vertices by the cost of their best collapse, or something below it.
     queue: Queue,
@@ -76,7 +75,19 @@ struct Candidate {
     passed_over: Option<f64>,
 }
 
-/// What is looked at together of a vertex beside its position, in two cache lines.
+/// Where a vertex stands, and what that costs by itself: all that its neighbours ask, in half a cache line.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+struct Place {
+    /// Centred and scaled so that the largest side of the bounding box is 1.
+    point: Point3<f64>,
+    /// The vertex's own quadric there.
+    error: f64,
+}
+
+const _: () = assert!(size_of::<Place>() == 32, "half a cache line");
+
+/// What else is looked at together of a vertex, in two cache lines.
 #[derive(Clone, Copy)]
 #[repr(align(128))]
 struct Vertex {
@@ -93,9 +104,12 @@ impl<'a> Run<'a> {
     fn new(mesh: &'a mut Mesh, points: &[Point3<f64>]) -> Self {
         let bound = mesh.vertex_bound();
         let points = normalized(points);
+        let vertices = vertices(mesh, &points);
+        let place =
+            |(&point, vertex): (&Point3<f64>, &Vertex)| Place { point, error: vertex.quadric.at(&point) };
         Self {
-            vertices: vertices(mesh, &points),
-            points,
+            places: points.iter().zip(&vertices).map(place).collect(),
+            vertices,
             queue: Queue::new(bound),
             allow_turns: false,
             collapses: Vec::with_capacity(bound),
@@ -153,6 +167,8 @@ impl<'a> Run<'a> {
         let swallower = &mut self.vertices[kept.index()];
         swallower.quadric += quadric;
         swallower.area += area;
+        let place = &mut self.places[kept.index()];
+        place.error = swallower.quadric.at(&place.point);
         self.collapses.push(collapse);
         self.progress.advance(1);
 
@@ -237,15 +253,15 @@ impl<'a> Run<'a> {
     }
 
     fn cost(&self, u: VertexId, v: VertexId) -> f64 {
-        let (from, to) = (&self.vertices[u.index()], &self.vertices[v.index()]);
-        let [start, end] = [u, v].map(|v| &self.points[v.index()]);
-        let error = from.quadric.at(end) + to.quadric.at(end);
-        error.max(0.0) + EVENNESS * from.area * (start - end).norm_squared()
+        let [start, end] = [u, v].map(|v| &self.places[v.index()]);
+        let from = &self.vertices[u.index()];
+        let error = from.quadric.at(&end.point) + end.error;
+        error.max(0.0) + EVENNESS * from.area * (start.point - end.point).norm_squared()
     }
 
     /// Whether moving the tail of `h` into its tip turns no face too far.
     fn keeps_normals(&self, h: HalfedgeId) -> bool {
-        let at = |v: VertexId| &self.points[v.index()];
+        let at = |v: VertexId| &self.places[v.index()].point;
         let (u, v) = (self.mesh.tail(h), self.mesh.tip(h));
         self.mesh.outgoing_halfedges(u).filter(|&g| self.mesh.face(g).is_some()).all(|g| {
             // By way of the halfedge before, whose twin is looked at next anyway: memory is what this waits for.
