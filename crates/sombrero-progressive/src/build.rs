@@ -12,6 +12,7 @@
 //!
 //! Cost: O(n log n) for meshes of bounded valence.
 
+use crate::magnitude::magnitude;
 use crate::quadric::{Quadric, vertex_quadrics};
 use crate::queue::Queue;
 use nalgebra::Point3;
@@ -26,14 +27,25 @@ const EVENNESS: f64 = 1e-6;
 /// Smallest cosine between the normals of a face before and after a collapse.
 const LEAST_COSINE: f64 = 0.7;
 
-/// Collapses `mesh` to its base and returns the collapses in order, and how many of them kept the shape.
-pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> (Vec<Collapse>, usize) {
+/// All collapses on the way to the base.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Collapses {
+    /// In order.
+    pub(crate) all: Vec<Collapse>,
+    /// How far each removed vertex stood out from its neighbours.
+    pub(crate) heights: Vec<f64>,
+    /// How many kept the shape.
+    pub(crate) faithful: usize,
+}
+
+/// Collapses `mesh` to its base.
+pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> Collapses {
     let mut run = Run::new(mesh, points);
     while run.sweep() {}
     let faithful = run.collapses.len();
     run.allow_turns = true;
     while run.sweep() {}
-    (run.collapses, faithful)
+    Collapses { all: run.collapses, heights: run.heights, faithful }
 }
 
 /// Vertices that are worth a thread.
@@ -41,6 +53,8 @@ const SHARE: usize = 1024;
 
 struct Run<'a> {
     mesh: &'a mut Mesh,
+    /// As they are.
+    points: &'a [Point3<f64>],
     /// Apart from the rest, because most looks at a vertex are for its place only, and a large conversion waits for memory.
     places: Vec<Place>,
     vertices: Vec<Vertex>,
@@ -48,6 +62,7 @@ struct Run<'a> {
     queue: Queue,
     allow_turns: bool,
     collapses: Vec<Collapse>,
+    heights: Vec<f64>,
     /// Of as many collapses as there are vertices; no mesh has more.
     progress: Progress,
     around: Vec<HalfedgeId>,
@@ -101,18 +116,20 @@ struct Vertex {
 const _: () = assert!(size_of::<Vertex>() == 128, "two cache lines");
 
 impl<'a> Run<'a> {
-    fn new(mesh: &'a mut Mesh, points: &[Point3<f64>]) -> Self {
+    fn new(mesh: &'a mut Mesh, points: &'a [Point3<f64>]) -> Self {
         let bound = mesh.vertex_bound();
-        let points = normalized(points);
-        let vertices = vertices(mesh, &points);
+        let unit = normalized(points);
+        let vertices = vertices(mesh, &unit);
         let place =
             |(&point, vertex): (&Point3<f64>, &Vertex)| Place { point, error: vertex.quadric.at(&point) };
         Self {
-            places: points.iter().zip(&vertices).map(place).collect(),
+            places: unit.iter().zip(&vertices).map(place).collect(),
             vertices,
+            points,
             queue: Queue::new(bound),
             allow_turns: false,
             collapses: Vec::with_capacity(bound),
+            heights: Vec::with_capacity(bound),
             progress: Progress::new("conversion", mesh.vertex_count()),
             around: Vec::new(),
             ranked: Vec::new(),
@@ -161,6 +178,8 @@ impl<'a> Run<'a> {
 
     /// Collapses `h`, which is allowed, and sees to the vertices around.
     fn collapse(&mut self, h: HalfedgeId) {
+        // Here, where the ring is at hand anyway: another way through all levels takes longer.
+        self.heights.push(magnitude(self.mesh, self.points, self.mesh.tail(h)).height);
         let collapse = self.mesh.collapse_allowed(h);
         let Collapse { removed: gone, kept, .. } = collapse;
         let Vertex { quadric, area, .. } = self.vertices[gone.index()];
