@@ -9,7 +9,7 @@
 //! beside this code checks it.
 
 use crate::columns::{Column, columns, compressed, offsets};
-use crate::magnitude::{magnitudes, most_significant};
+use crate::magnitude::{heights, most_significant};
 use crate::support::outlines;
 use crate::{Amplitudes, BasisError, BasisFunction, PartsError};
 use nalgebra::{Point3, Vector3};
@@ -116,25 +116,25 @@ impl Basis {
         options: &BasisOptions,
     ) -> Result<Self, BasisError> {
         let wanted = options.coefficients;
-        // Up all levels, down again and up, and then the values, each of which counts for so many levels.
+        // Up all levels, and then the values, each of which counts for so many levels.
         let levels = progressive.split_count();
         let column = levels.div_ceil(COLUMNS.max(wanted));
-        let progress = Progress::new("basis", 3 * levels + column * wanted.min(levels));
-        let all = magnitudes(&mut progressive, points, &progress);
+        let progress = Progress::new("basis", levels + column * wanted.min(levels));
+        let all = heights(&progressive);
         let splits = most_significant(&all, progressive.shape_level(), wanted, least_height(points));
         if splits.len() < wanted {
             return Err(BasisError::TooFewSplits { wanted, available: splits.len() });
         }
-        let outlines = outlines(&mut progressive, &splits, &progress);
+        let outlines = outlines(&mut progressive, points, &splits, &progress);
         let columns = columns(&progressive, points, &outlines, options.function, || progress.advance(column));
         let energy = |column: &Column| column.iter().map(|(_, phi)| phi * phi).sum::<f64>();
-        let heights: Vec<f64> = outlines.iter().map(|o| all[o.split].height).collect();
+        let heights: Vec<f64> = outlines.iter().map(|o| o.magnitude.height).collect();
         let amplitudes = options.amplitudes.of(&heights, &columns.iter().map(energy).collect::<Vec<_>>());
         let functions = outlines.iter().zip(amplitudes).map(|(o, amplitude)| Function {
             centre: o.centre,
             split: o.split,
-            height: all[o.split].height,
-            direction: all[o.split].direction,
+            height: o.magnitude.height,
+            direction: o.magnitude.direction,
             amplitude,
         });
         Ok(Self { values: compressed(points.len(), &columns), functions: functions.collect(), vectors: None })
@@ -239,10 +239,10 @@ impl Basis {
         self.vectors.as_ref()
     }
 
-    /// How many coefficients a mesh can carry at most. Leaves `progressive` at the full mesh.
-    pub fn capacity(progressive: &mut ProgressiveMesh, points: &[Point3<f64>]) -> usize {
-        let all = magnitudes(progressive, points, &Progress::silent());
-        most_significant(&all, progressive.shape_level(), usize::MAX, least_height(points)).len()
+    /// How many coefficients a mesh can carry at most.
+    pub fn capacity(progressive: &ProgressiveMesh, points: &[Point3<f64>]) -> usize {
+        most_significant(&heights(progressive), progressive.shape_level(), usize::MAX, least_height(points))
+            .len()
     }
 
     /// n, the number of vertices.
@@ -438,7 +438,7 @@ mod tests {
             let made = repair(&soup);
             let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
             let splits: Vec<usize> = (0..progressive.split_count()).collect();
-            let outlines = outlines(&mut progressive, &splits, &Progress::silent());
+            let outlines = outlines(&mut progressive, &made.points, &splits, &Progress::silent());
             prop_assert_eq!(outlines.len(), splits.len());
             let columns = columns(&progressive, &made.points, &outlines, BasisFunction::PROFILES[which], || ());
 
@@ -472,7 +472,7 @@ mod tests {
             let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
             let splits: Vec<usize> = (0..progressive.split_count()).collect();
             let mut places = Places::new(made.points.len());
-            let outlines = outlines(&mut progressive, &splits, &Progress::silent());
+            let outlines = outlines(&mut progressive, &made.points, &splits, &Progress::silent());
             let mesh = progressive.mesh();
             let age = vec![0; made.points.len()];
             for outline in &outlines {
@@ -615,9 +615,9 @@ mod tests {
             let mut soup = shapes::open_sheet(20, 20);
             soup.points.iter_mut().for_each(|p| *p = (turn * Point3::new(p.x, p.y, 0.0)).map(rounded));
             let made = repair(&soup);
-            let mut progressive =
+            let progressive =
                 ProgressiveMesh::new(made.mesh, &made.points).expect("repaired points are finite");
-            assert_eq!(Basis::capacity(&mut progressive, &made.points), 0, "{decimals}");
+            assert_eq!(Basis::capacity(&progressive, &made.points), 0, "{decimals}");
         }
     }
 }

@@ -24,15 +24,17 @@
 use nalgebra::Point3;
 use sombrero_mesh::{HalfedgeId, Mesh, VertexId};
 use sombrero_progress::Progress;
-use sombrero_progressive::ProgressiveMesh;
+use sombrero_progressive::{Magnitude, ProgressiveMesh, magnitude};
 
 /// The tracked boundary of one basis function, on the full mesh.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Outline {
     /// The vertex that the split introduced.
     pub(crate) centre: VertexId,
     /// The split, counted in order of refinement.
     pub(crate) split: usize,
+    /// How far its vertex stands out, and where to.
+    pub(crate) magnitude: Magnitude,
     /// The loop's vertices in order. When `closed` is false it is a path whose ends lie on the mesh's
     /// boundary.
     pub(crate) vertices: Vec<VertexId>,
@@ -42,19 +44,18 @@ pub(crate) struct Outline {
 
 /// Tracks the boundaries of the given splits (in any order) to the full mesh. Leaves `progressive` there.
 ///
-/// The result has the order of `splits`. `progress` takes a step for each level on the way down and up again.
+/// The result has the order of `splits`. `progress` takes a step for each level on the way up.
 pub(crate) fn outlines(
     progressive: &mut ProgressiveMesh,
+    points: &[Point3<f64>],
     splits: &[usize],
     progress: &Progress,
 ) -> Vec<Outline> {
     let mut by_age: Vec<usize> = (0..splits.len()).collect();
     by_age.sort_by_key(|&i| splits[i]);
     let first = splits.iter().min().map_or(usize::MAX, |&first| first);
-    while progressive.level() > first && progressive.coarsen().is_some() {
-        progress.advance(1);
-    }
     progressive.go_to(first);
+    progress.advance(progressive.level());
 
     let mut tracker = Tracker::new(progressive.mesh().vertex_bound());
     let mut due = by_age.iter().copied().peekable();
@@ -65,13 +66,13 @@ pub(crate) fn outlines(
         tracker.follow(progressive.mesh(), split.vertex, split.parent, split.halfedge);
         progress.advance(1);
         while let Some(i) = due.next_if(|&i| splits[i] == level) {
-            found[i] = Some(tracker.start(progressive.mesh(), split.vertex));
+            found[i] = Some(tracker.start(progressive.mesh(), points, split.vertex));
         }
     }
     let outline = |(found, &split): (Option<Loop>, &usize)| {
-        found.map(|Loop { centre, first, closed }| {
+        found.map(|Loop { centre, magnitude, first, closed }| {
             let vertices = tracker.vertices(progressive.mesh(), first);
-            Outline { centre, split, vertices, closed }
+            Outline { centre, split, magnitude, vertices, closed }
         })
     };
     found.into_iter().zip(splits).filter_map(outline).collect()
@@ -96,6 +97,7 @@ struct Node {
 #[derive(Clone, Copy)]
 struct Loop {
     centre: VertexId,
+    magnitude: Magnitude,
     first: u32,
     closed: bool,
 }
@@ -106,7 +108,7 @@ impl Tracker {
     }
 
     /// Starts a loop at the ring of `centre`.
-    fn start(&mut self, mesh: &Mesh, centre: VertexId) -> Loop {
+    fn start(&mut self, mesh: &Mesh, points: &[Point3<f64>], centre: VertexId) -> Loop {
         let spokes = mesh.outgoing_halfedges(centre).filter(|&h| mesh.face(h).is_some());
         let closed = !mesh.is_boundary_vertex(centre);
         let mut steps: Vec<Option<HalfedgeId>> = spokes.map(|h| Some(mesh.next(h))).collect();
@@ -121,7 +123,7 @@ impl Tracker {
             self.nodes.push(Node { halfedge, next, prev });
             self.passing[start.index()].push(first + i);
         }
-        Loop { centre, first, closed }
+        Loop { centre, magnitude: magnitude(mesh, points, centre), first, closed }
     }
 
     /// Mends all loops through `parent` after a split of it has introduced `new`; `h` runs new → parent.

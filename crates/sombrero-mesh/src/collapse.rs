@@ -37,6 +37,9 @@ pub struct Collapse {
     right_moved: bool,
 }
 
+/// Hardly a vertex has more neighbours.
+const RING: usize = 16;
+
 /// Why an edge cannot be collapsed without leaving the manifold or changing its topology.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -119,7 +122,14 @@ impl Mesh {
         if lone(h) || lone(h.twin()) || tetrahedron() {
             return Err(CollapseError::Smallest { halfedge });
         }
-        let shared = |x: &VertexId| self.vertices_around_vertex(v).any(|y| y == *x);
+        // The neighbours of v, side by side as far as there is room: each neighbour of u is compared with all of them.
+        let (mut ring, mut count) = ([v; RING], 0);
+        for (place, y) in ring.iter_mut().zip(self.vertices_around_vertex(v)) {
+            *place = y;
+            count += 1;
+        }
+        let beyond = |x: &VertexId| self.vertices_around_vertex(v).skip(RING).any(|y| y == *x);
+        let shared = |x: &VertexId| ring[..count].contains(x) || count == RING && beyond(x);
         let pinch =
             self.vertices_around_vertex(u).find(|x| *x != v && !opposite.contains(&Some(*x)) && shared(x));
         pinch.map_or(Ok(()), |vertex| Err(CollapseError::Link { halfedge, vertex }))

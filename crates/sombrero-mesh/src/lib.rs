@@ -38,6 +38,7 @@ pub use planar::PlanarRegions;
 pub use repair::repair;
 pub use rings::Rings;
 pub use scene::{Place, Scene};
+pub use sides::lone_sides;
 pub use smoothing::smoothing_modes;
 pub use soup::{BoundingBox, Soup, vertex_normals};
 pub use umbrella::Umbrella;

@@ -67,6 +67,15 @@ impl Sides {
     }
 }
 
+/// The sides of `triangles` that share their edge with no other side: `3 f + k` is the side of face f from its corner k to
+/// the next one. O(n) for meshes of bounded valence, where n counts vertices up to the largest that is named.
+pub fn lone_sides(triangles: &[[u32; 3]]) -> Vec<usize> {
+    let vertices = triangles.iter().flatten().max().map_or(0, |&v| v as usize + 1);
+    let sides = Sides::group(vertices, triangles);
+    let lone = sides.groups().filter(|group| group.len() == 1);
+    lone.map(|group| group[0] as usize).collect()
+}
+
 /// The vertices that a side runs from and to.
 #[inline]
 pub(crate) fn ends(triangles: &[[u32; 3]], side: usize) -> (u32, u32) {

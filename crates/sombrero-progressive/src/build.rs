@@ -12,6 +12,7 @@
 //!
 //! Cost: O(n log n) for meshes of bounded valence.
 
+use crate::magnitude::magnitude;
 use crate::quadric::{Quadric, vertex_quadrics};
 use crate::queue::Queue;
 use nalgebra::Point3;
@@ -26,14 +27,25 @@ const EVENNESS: f64 = 1e-6;
 /// Smallest cosine between the normals of a face before and after a collapse.
 const LEAST_COSINE: f64 = 0.7;
 
-/// Collapses `mesh` to its base and returns the collapses in order, and how many of them kept the shape.
-pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> (Vec<Collapse>, usize) {
+/// All collapses on the way to the base.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Collapses {
+    /// In order.
+    pub(crate) all: Vec<Collapse>,
+    /// How far each removed vertex stood out from its neighbours.
+    pub(crate) heights: Vec<f64>,
+    /// How many kept the shape.
+    pub(crate) faithful: usize,
+}
+
+/// Collapses `mesh` to its base.
+pub(crate) fn collapse_all(mesh: &mut Mesh, points: &[Point3<f64>]) -> Collapses {
     let mut run = Run::new(mesh, points);
     while run.sweep() {}
     let faithful = run.collapses.len();
     run.allow_turns = true;
     while run.sweep() {}
-    (run.collapses, faithful)
+    Collapses { all: run.collapses, heights: run.heights, faithful }
 }
 
 /// Vertices that are worth a thread.
@@ -41,14 +53,16 @@ const SHARE: usize = 1024;
 
 struct Run<'a> {
     mesh: &'a mut Mesh,
-    /// Positions, centred and scaled so that the largest side of the bounding box is 1. They are apart from the rest,
-    /// because most looks at a vertex are for its position only, and a large conversion waits for memory.
-    points: Vec<Point3<f64>>,
+    /// As they are.
+    points: &'a [Point3<f64>],
+    /// Apart from the rest, because most looks at a vertex are for its place only, and a large conversion waits for memory.
+    places: Vec<Place>,
     vertices: Vec<Vertex>,
     /// Vertices by the cost of their best collapse, or something below it.
     queue: Queue,
     allow_turns: bool,
     collapses: Vec<Collapse>,
+    heights: Vec<f64>,
     /// Of as many collapses as there are vertices; no mesh has more.
     progress: Progress,
     around: Vec<HalfedgeId>,
@@ -76,7 +90,19 @@ struct Candidate {
     passed_over: Option<f64>,
 }
 
-/// What is looked at together of a vertex beside its position, in two cache lines.
+/// Where a vertex stands, and what that costs by itself: all that its neighbours ask, in half a cache line.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+struct Place {
+    /// Centred and scaled so that the largest side of the bounding box is 1.
+    point: Point3<f64>,
+    /// The vertex's own quadric there.
+    error: f64,
+}
+
+const _: () = assert!(size_of::<Place>() == 32, "half a cache line");
+
+/// What else is looked at together of a vertex, in two cache lines.
 #[derive(Clone, Copy)]
 #[repr(align(128))]
 struct Vertex {
@@ -90,15 +116,20 @@ struct Vertex {
 const _: () = assert!(size_of::<Vertex>() == 128, "two cache lines");
 
 impl<'a> Run<'a> {
-    fn new(mesh: &'a mut Mesh, points: &[Point3<f64>]) -> Self {
+    fn new(mesh: &'a mut Mesh, points: &'a [Point3<f64>]) -> Self {
         let bound = mesh.vertex_bound();
-        let points = normalized(points);
+        let unit = normalized(points);
+        let vertices = vertices(mesh, &unit);
+        let place =
+            |(&point, vertex): (&Point3<f64>, &Vertex)| Place { point, error: vertex.quadric.at(&point) };
         Self {
-            vertices: vertices(mesh, &points),
+            places: unit.iter().zip(&vertices).map(place).collect(),
+            vertices,
             points,
             queue: Queue::new(bound),
             allow_turns: false,
             collapses: Vec::with_capacity(bound),
+            heights: Vec::with_capacity(bound),
             progress: Progress::new("conversion", mesh.vertex_count()),
             around: Vec::new(),
             ranked: Vec::new(),
@@ -147,12 +178,16 @@ impl<'a> Run<'a> {
 
     /// Collapses `h`, which is allowed, and sees to the vertices around.
     fn collapse(&mut self, h: HalfedgeId) {
+        // Here, where the ring is at hand anyway: another way through all levels takes longer.
+        self.heights.push(magnitude(self.mesh, self.points, self.mesh.tail(h)).height);
         let collapse = self.mesh.collapse_allowed(h);
         let Collapse { removed: gone, kept, .. } = collapse;
         let Vertex { quadric, area, .. } = self.vertices[gone.index()];
         let swallower = &mut self.vertices[kept.index()];
         swallower.quadric += quadric;
         swallower.area += area;
+        let place = &mut self.places[kept.index()];
+        place.error = swallower.quadric.at(&place.point);
         self.collapses.push(collapse);
         self.progress.advance(1);
 
@@ -237,15 +272,15 @@ impl<'a> Run<'a> {
     }
 
     fn cost(&self, u: VertexId, v: VertexId) -> f64 {
-        let (from, to) = (&self.vertices[u.index()], &self.vertices[v.index()]);
-        let [start, end] = [u, v].map(|v| &self.points[v.index()]);
-        let error = from.quadric.at(end) + to.quadric.at(end);
-        error.max(0.0) + EVENNESS * from.area * (start - end).norm_squared()
+        let [start, end] = [u, v].map(|v| &self.places[v.index()]);
+        let from = &self.vertices[u.index()];
+        let error = from.quadric.at(&end.point) + end.error;
+        error.max(0.0) + EVENNESS * from.area * (start.point - end.point).norm_squared()
     }
 
     /// Whether moving the tail of `h` into its tip turns no face too far.
     fn keeps_normals(&self, h: HalfedgeId) -> bool {
-        let at = |v: VertexId| &self.points[v.index()];
+        let at = |v: VertexId| &self.places[v.index()].point;
         let (u, v) = (self.mesh.tail(h), self.mesh.tip(h));
         self.mesh.outgoing_halfedges(u).filter(|&g| self.mesh.face(g).is_some()).all(|g| {
             // By way of the halfedge before, whose twin is looked at next anyway: memory is what this waits for.

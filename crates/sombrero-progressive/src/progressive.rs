@@ -1,6 +1,6 @@
 //! A base mesh and the vertex splits that lead back to the full mesh (the paper, section 3; Hoppe 1996).
 
-use crate::build::collapse_all;
+use crate::build::{Collapses, collapse_all};
 use nalgebra::Point3;
 use sombrero_mesh::{Collapse, HalfedgeId, Mesh, Soup, VertexId};
 use thiserror::Error;
@@ -17,6 +17,8 @@ pub struct ProgressiveMesh {
     triangles: Vec<[u32; 3]>,
     /// In the order in which they led to the base; the last `level()` of them are undone at present.
     collapses: Vec<Collapse>,
+    /// For each collapse how far the removed vertex stood out.
+    heights: Vec<f64>,
     level: usize,
     shape_level: usize,
 }
@@ -54,9 +56,9 @@ impl ProgressiveMesh {
     pub fn new(mut mesh: Mesh, points: &[Point3<f64>]) -> Result<Self, PointsError> {
         check(&mesh, points)?;
         let triangles = mesh.triangles();
-        let (collapses, faithful) = collapse_all(&mut mesh, points);
-        let shape_level = collapses.len() - faithful;
-        Ok(Self { mesh, triangles, collapses, level: 0, shape_level })
+        let Collapses { all, heights, faithful } = collapse_all(&mut mesh, points);
+        let shape_level = all.len() - faithful;
+        Ok(Self { mesh, triangles, collapses: all, heights, level: 0, shape_level })
     }
 
     /// The connectivity at the present level; indices are those of the full mesh.
@@ -96,6 +98,13 @@ impl ProgressiveMesh {
         let last = self.collapses.len().checked_sub(1)?;
         let collapse = self.collapses.get(last.checked_sub(i)?)?;
         Some(VertexSplit { vertex: collapse.removed, parent: collapse.kept, halfedge: collapse.halfedge })
+    }
+
+    /// How far the vertex of the `i`-th split stands out from its neighbours when it is introduced, in the units of the points:
+    /// the height of its [`Magnitude`](crate::Magnitude).
+    pub fn height(&self, i: usize) -> Option<f64> {
+        let last = self.heights.len().checked_sub(1)?;
+        self.heights.get(last.checked_sub(i)?).copied()
     }
 
     /// Applies the next split; `None` at the full mesh.
@@ -235,6 +244,20 @@ mod tests {
             prop_assert_eq!(progressive.mesh(), &made.mesh, "all splits give the mesh back");
             progressive.go_to(0);
             prop_assert_eq!(progressive.mesh(), &base, "and all collapses the base");
+        }
+    }
+
+    #[test]
+    fn heights_are_those_of_the_levels() {
+        for soup in [shapes::bumpy_sphere(300), shapes::open_sheet(8, 8)] {
+            let made = repair(&soup);
+            let mut progressive = ProgressiveMesh::new(made.mesh, &made.points).unwrap();
+            while let Some(split) = progressive.refine() {
+                let height = progressive.height(progressive.level() - 1).unwrap();
+                let expected = crate::magnitude(progressive.mesh(), &made.points, split.vertex).height;
+                assert_eq!(height.to_bits(), expected.to_bits());
+            }
+            assert_eq!(progressive.height(progressive.split_count()), None);
         }
     }
 

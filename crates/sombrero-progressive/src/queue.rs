@@ -2,17 +2,32 @@
 //!
 //! A heap of four children a node that knows where each element stands. Every element is in it at most once, so it
 //! never grows beyond their number, however often costs change; the usual binary heap with void entries spends
-//! most of a large conversion on them.
+//! most of a large conversion on them. Siblings share a cache line: place p is the p % 4-th of line p / 4, its
+//! children are line p - 2, the root is place 3.
 
 /// Absent from the heap.
 const NOWHERE: u32 = u32::MAX;
 const CHILDREN: usize = 4;
+const ROOT: usize = 3;
+
+/// Bits of a cost, which order as non-negative numbers do, and the element.
+type Entry = (u64, u32);
+
+/// No entry: more than any cost.
+const NONE: Entry = (u64::MAX, NOWHERE);
+
+/// Entries with the same parent.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Siblings([Entry; CHILDREN]);
 
 /// Elements `0..bound` with non-negative costs.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Queue {
-    /// Bits of the costs, which order as non-negative numbers do, and elements.
-    heap: Vec<(u64, u32)>,
+    /// [`NONE`] before the root and after the last entry.
+    heap: Vec<Siblings>,
+    /// Where the next entry goes.
+    end: usize,
     /// Where in `heap` each element is.
     place: Vec<u32>,
 }
@@ -23,8 +38,9 @@ impl Queue {
     /// # Panics
     /// When elements do not fit 32-bit indices.
     pub(crate) fn new(bound: usize) -> Self {
-        assert!(bound < NOWHERE as usize, "elements have 32-bit indices");
-        Self { heap: Vec::with_capacity(bound), place: vec![NOWHERE; bound] }
+        assert!(bound < NOWHERE as usize - CHILDREN, "elements have 32-bit indices");
+        let heap = vec![Siblings([NONE; CHILDREN]); bound.div_ceil(CHILDREN) + 1];
+        Self { heap, end: ROOT, place: vec![NOWHERE; bound] }
     }
 
     /// Puts an element in with this cost, or changes its cost. A negative cost counts as zero, no number as infinite.
@@ -35,9 +51,9 @@ impl Queue {
         let entry = entry(element, cost);
         let at = self.place[element];
         if at == NOWHERE {
-            self.heap.push(entry);
-            self.rise(self.heap.len() - 1, entry);
-        } else if entry < self.heap[at as usize] {
+            self.end += 1;
+            self.rise(self.end - 1, entry);
+        } else if entry < self.at(at as usize) {
             self.rise(at as usize, entry);
         } else {
             self.sink(at as usize, entry);
@@ -46,59 +62,70 @@ impl Queue {
 
     /// Whether an element of this cost would come next if it were in.
     pub(crate) fn would_be_next(&self, element: usize, cost: f64) -> bool {
-        self.heap.first().is_none_or(|first| entry(element, cost) < *first)
+        self.end == ROOT || entry(element, cost) < self.at(ROOT)
     }
 
     /// Takes the cheapest element out.
     pub(crate) fn pop(&mut self) -> Option<usize> {
-        let (_, element) = *self.heap.first()?;
+        if self.end == ROOT {
+            return None;
+        }
+        let (_, element) = self.at(ROOT);
         self.place[element as usize] = NOWHERE;
-        let last = self.heap.pop()?;
-        if !self.heap.is_empty() {
-            self.sink(0, last);
+        self.end -= 1;
+        let last = std::mem::replace(&mut self.heap[self.end / CHILDREN].0[self.end % CHILDREN], NONE);
+        if self.end > ROOT {
+            self.sink(ROOT, last);
         }
         Some(element as usize)
     }
 
+    #[inline]
+    fn at(&self, place: usize) -> Entry {
+        self.heap[place / CHILDREN].0[place % CHILDREN]
+    }
+
     /// Puts `entry` at `at` or above.
-    fn rise(&mut self, mut at: usize, entry: (u64, u32)) {
-        while at > 0 {
-            let parent = (at - 1) / CHILDREN;
-            if self.heap[parent] < entry {
+    fn rise(&mut self, mut at: usize, entry: Entry) {
+        while at > ROOT {
+            let parent = at / CHILDREN + 2;
+            let above = self.at(parent);
+            if above < entry {
                 break;
             }
-            self.put(at, self.heap[parent]);
+            self.put(at, above);
             at = parent;
         }
         self.put(at, entry);
     }
 
     /// Puts `entry` at `at` or below.
-    fn sink(&mut self, mut at: usize, entry: (u64, u32)) {
-        loop {
-            let first = CHILDREN * at + 1;
-            let children = self.heap.get(first..(first + CHILDREN).min(self.heap.len())).unwrap_or_default();
-            let Some((child, &least)) = (first..).zip(children).min_by_key(|(_, entry)| **entry) else {
-                break;
-            };
+    fn sink(&mut self, mut at: usize, entry: Entry) {
+        while let Some(Siblings(children)) = self.heap.get(at - 2) {
+            let (mut child, mut least) = (0, children[0]);
+            for (i, &other) in children.iter().enumerate().skip(1) {
+                if other < least {
+                    (child, least) = (i, other);
+                }
+            }
             if entry < least {
                 break;
             }
             self.put(at, least);
-            at = child;
+            at = CHILDREN * (at - 2) + child;
         }
         self.put(at, entry);
     }
 
     #[inline]
-    fn put(&mut self, at: usize, entry: (u64, u32)) {
-        self.heap[at] = entry;
+    fn put(&mut self, at: usize, entry: Entry) {
+        self.heap[at / CHILDREN].0[at % CHILDREN] = entry;
         self.place[entry.1 as usize] = at as u32;
     }
 }
 
 /// As the heap has it: a negative cost counts as zero, no number as infinite.
-fn entry(element: usize, cost: f64) -> (u64, u32) {
+fn entry(element: usize, cost: f64) -> Entry {
     let cost = if cost.is_nan() { f64::INFINITY } else { cost.max(0.0) };
     (cost.to_bits(), element as u32)
 }

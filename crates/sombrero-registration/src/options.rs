@@ -45,20 +45,21 @@ impl Default for RegisterOptions {
 pub struct IcpOptions {
     /// Points of the suspect in the coarse round, 100 to 10⁷. Default 2 000.
     pub coarse_samples: usize,
-    /// Points of the suspect in the fine round, 100 to 10⁷. Default 20 000.
+    /// Points of the suspect in the last round, 100 to 10⁷. Default 20 000.
     pub samples: usize,
-    /// Iterations at most, coarse and fine round together, and again for the last one. Default 60.
+    /// Iterations at most, up to half of them in the coarse round; a last round with uniform weights may take as many again.
+    /// Default 60.
     pub max_iterations: usize,
     /// Length of the last step: stop when a step moves the suspect by less than this fraction of its standard error,
     /// which is the residual over the square root of the number of samples. Default 0.03.
     pub relative_tolerance: f64,
     /// Distance, in median pair distances, beyond which pairs are dropped; `None` keeps all. Default `Some(4.0)`.
     pub rejection: Option<f64>,
-    /// Width of Tukey's biweight in the fine round, in standard deviations of the residual estimated from
-    /// their median; `None` weights all pairs alike. Default `Some(5.0)`.
+    /// Width of Tukey's biweight, in standard deviations of the residual estimated from their median; `None` weights all
+    /// pairs alike. Default `Some(5.0)`.
     pub tukey: Option<f64>,
     /// Reach of a last round in which all pairs that are closer weigh alike, as a fraction of the reference's diagonal;
-    /// `None` leaves the round out. Default `Some(0.02)`.
+    /// with `None` its weights are robust, as those of the coarse round. Default `Some(0.02)`.
     ///
     /// Robust weights find the pose among outliers. But where the suspect differs everywhere a little, as by a
     /// watermark whose functions have no mean, they prefer the parts that happen to fit, and plain least

@@ -15,7 +15,7 @@ fn a_search_says_how_far_it_is() {
     for suspect in [&soup, &other] {
         let similar = || register(&reference, &suspect.points, &suspect.triangles, &options).unwrap();
         let (result, heard_of) = heard(similar);
-        assert!((5..200).contains(&heard_of.len()), "{}", heard_of.len());
+        assert!((4..200).contains(&heard_of.len()), "{}", heard_of.len());
         assert_eq!(result, similar(), "and finds the same when nobody listens");
     }
     let stretched = || register_affine(&reference, &soup.points, &soup.triangles, &options).unwrap();
@@ -29,6 +29,6 @@ fn a_refinement_says_how_far_it_is() {
     let (start, options) = (nalgebra::Similarity3::identity(), IcpOptions::default());
     let aligned = || align(&reference, &soup.points, &soup.triangles, &start, &options).unwrap();
     let refined = || refine_affine(&reference, &soup.points, &soup.triangles, &start, &options).unwrap();
-    assert_eq!(heard(aligned), (aligned(), vec![[1, 3], [2, 3], [3, 3]]));
-    assert_eq!(heard(refined), (refined(), vec![[1, 3], [2, 3], [3, 3]]));
+    assert_eq!(heard(aligned), (aligned(), vec![[1, 2], [2, 2]]));
+    assert_eq!(heard(refined), (refined(), vec![[1, 2], [2, 2]]));
 }

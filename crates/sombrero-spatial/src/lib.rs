@@ -28,5 +28,5 @@ pub use nalgebra;
 pub use nearest::NearestVertex;
 pub use rim::Rim;
 pub use sample::{SurfaceSample, sample_surface};
-pub use spread::spread_samples;
+pub use spread::{Spread, spread_samples};
 pub use surface::{Closest, Surface};

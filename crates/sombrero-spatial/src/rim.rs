@@ -4,6 +4,8 @@
 //! surface does not show. Weights of corners tell whether it does, up to a tolerance that the caller states: a weight
 //! of at most that counts as none.
 
+use sombrero_mesh::lone_sides;
+
 use crate::surface::Closest;
 
 /// Which edges and corners of each face lie on the rim.
@@ -20,21 +22,12 @@ pub struct Rim {
 impl Rim {
     /// Finds the rim of `triangles`: O(n log n).
     pub fn new(triangles: &[[u32; 3]]) -> Self {
-        let mut sides: Vec<([u32; 2], usize, usize)> = Vec::with_capacity(3 * triangles.len());
-        for (face, corners) in triangles.iter().enumerate() {
-            for k in 0..3 {
-                let (a, b) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-                sides.push(([a.min(b), a.max(b)], face, k));
-            }
-        }
-        sides.sort_unstable();
         let mut edges = vec![[false; 3]; triangles.len()];
         let mut ends: Vec<u32> = Vec::new();
-        for alike in sides.chunk_by(|x, y| x.0 == y.0) {
-            if let &[(edge, face, k)] = alike {
-                edges[face][k] = true;
-                ends.extend(edge);
-            }
+        for side in lone_sides(triangles) {
+            let (face, k) = (side / 3, side % 3);
+            edges[face][(k + 2) % 3] = true;
+            ends.extend([triangles[face][k], triangles[face][(k + 1) % 3]]);
         }
         ends.sort_unstable();
         ends.dedup();

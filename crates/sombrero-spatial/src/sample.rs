@@ -57,6 +57,7 @@ pub(crate) fn folded(u: f64, v: f64) -> [f64; 3] {
 }
 
 /// Sums of the areas of the faces up to each one.
+#[derive(Debug, Clone)]
 pub(crate) struct RunningAreas(Vec<f64>);
 
 impl RunningAreas {

@@ -20,9 +20,24 @@ const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 ///
 /// Faces with bad indices or corners are left out.
 pub fn spread_samples(points: &[Point3<f64>], triangles: &[[u32; 3]], count: usize) -> Vec<SurfaceSample> {
-    let areas = RunningAreas::new(points, triangles);
-    let share = areas.total() / count as f64;
-    spread_with(&areas, count, STEPS, |i| (i as f64 + 0.5) * share)
+    Spread::new(points, triangles).samples(count)
+}
+
+/// A surface from which samples are taken several times.
+#[derive(Debug, Clone)]
+pub struct Spread(RunningAreas);
+
+impl Spread {
+    /// Adds up the areas of the faces. O(n).
+    pub fn new(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
+        Self(RunningAreas::new(points, triangles))
+    }
+
+    /// [`spread_samples`] of the surface.
+    pub fn samples(&self, count: usize) -> Vec<SurfaceSample> {
+        let share = self.0.total() / count as f64;
+        spread_with(&self.0, count, STEPS, |i| (i as f64 + 0.5) * share)
+    }
 }
 
 /// The samples with other `steps`, sample i on the face that covers the area `place(i)`.

@@ -149,9 +149,9 @@ fn moves_unseen(model: &Model) -> bool {
 }
 
 fn capacity(repaired: &Repaired) -> usize {
-    let mut progressive =
+    let progressive =
         ProgressiveMesh::new(repaired.mesh.clone(), &repaired.points).expect("repaired points are finite");
-    Basis::capacity(&mut progressive, &repaired.points)
+    Basis::capacity(&progressive, &repaired.points)
 }
 
 fn too_small(capacity: usize, usual: usize) -> String {

@@ -1,8 +1,9 @@
 //! Point-to-plane ICP with uniform scale (Chen and Medioni 1992, `chen1992`; section 5 of the paper), in rounds.
 //!
-//! A coarse round on few samples comes first, a fine round on many follows from where it ended, and a last one weighs
-//! all near pairs alike. Pairs go from the suspect to the reference only, so a cropped suspect needs no special care;
-//! what the suspect has and the reference has not is rejected by distance.
+//! A coarse round on few samples comes first, and one on many follows from where it ended. That one weighs all near pairs
+//! alike, or robustly where [`IcpOptions::uniform_reach`] is `None`: not one after the other, since where a sum of squares
+//! is least does not depend on where one began to look. Pairs go from the suspect to the reference only, so a cropped
+//! suspect needs no special care; what the suspect has and the reference has not is rejected by distance.
 //!
 //! Cost: an iteration is one closest-point query a sample, O(samples · log triangles).
 
@@ -20,8 +21,8 @@ const TRIAL_SAMPLES: usize = 500;
 pub(crate) const ROUGH_REACH: f64 = 0.3;
 /// Least [`IcpOptions::relative_tolerance`] of all rounds but the last.
 const COARSE_TOLERANCE: f64 = 0.3;
-/// Coarse, fine and uniform.
-pub(crate) const ROUNDS: usize = 3;
+/// Coarse, and fine or uniform.
+pub(crate) const ROUNDS: usize = 2;
 
 /// Samples of one suspect, for any number of starts.
 pub(crate) struct Icp<'a> {
@@ -64,15 +65,13 @@ impl<'a> Icp<'a> {
         self.run(&self.fine, start, rejector, relative_tolerance, max_iterations)
     }
 
-    /// The round in which all pairs within reach weigh alike, from where the fine one ended.
-    fn uniform_round<M: Motion>(&self, start: Run<M>, reach: f64, max_iterations: usize) -> Run<M> {
+    /// The round in which all pairs within reach weigh alike.
+    fn uniform_round<M: Motion>(&self, start: M, reach: f64, max_iterations: usize) -> Run<M> {
         let rejector = Rejector { reach, ..Rejector::none(0.0) };
-        let tolerance = self.options.relative_tolerance;
-        let run = self.run(&self.fine, start.pose, rejector, tolerance, max_iterations);
-        Run { iterations: start.iterations + run.iterations, ..run }
+        self.run(&self.fine, start, rejector, self.options.relative_tolerance, max_iterations)
     }
 
-    /// The three rounds one after the other; `done` is called after each of the [`ROUNDS`].
+    /// Both rounds one after the other; `done` is called after each of the [`ROUNDS`].
     pub(crate) fn all_rounds<M: Motion>(
         &self,
         start: M,
@@ -82,15 +81,12 @@ impl<'a> Icp<'a> {
     ) -> Run<M> {
         let coarse = self.coarse_round(start, reach, max_iterations.div_ceil(2));
         done();
-        let fine = self.fine_round(coarse.pose, reach, max_iterations - coarse.iterations);
-        done();
-        let fine = Run { iterations: coarse.iterations + fine.iterations, ..fine };
         let last = match self.options.uniform_reach {
-            Some(reach) => self.uniform_round(fine, reach, max_iterations),
-            None => fine,
+            Some(reach) => self.uniform_round(coarse.pose, reach, max_iterations),
+            None => self.fine_round(coarse.pose, reach, max_iterations - coarse.iterations),
         };
         done();
-        last
+        Run { iterations: coarse.iterations + last.iterations, ..last }
     }
 
     fn run<M: Motion>(

@@ -1,9 +1,9 @@
 //! Points spread evenly over a surface, the same ones every time.
 //!
-//! Places from [`spread_samples`]; here each gets its normals.
+//! Places from [`Spread`](sombrero_spatial::Spread); here each gets its normals.
 
 use nalgebra::{Point3, Vector3};
-use sombrero_spatial::{SurfaceSample, spread_samples};
+use sombrero_spatial::SurfaceSample;
 
 use crate::surface::shape::Shape;
 
@@ -26,7 +26,6 @@ impl Sample {
 
 /// `count` samples, each standing for the same area.
 pub(crate) fn samples(shape: &Shape, count: usize) -> Vec<Sample> {
-    let places = spread_samples(&shape.points, &shape.triangles, count);
     let sample = |place: SurfaceSample| {
         Some(Sample {
             point: place.point(&shape.points, &shape.triangles)?,
@@ -34,7 +33,7 @@ pub(crate) fn samples(shape: &Shape, count: usize) -> Vec<Sample> {
             face_normal: shape.face_normal(place.face),
         })
     };
-    places.into_iter().filter_map(sample).collect()
+    shape.spread.samples(count).into_iter().filter_map(sample).collect()
 }
 
 /// Samples with normals of length `orientation`, in an order in which the first few are spread all over: by

@@ -6,7 +6,7 @@
 
 use nalgebra::{Point3, Vector3};
 use sombrero_mesh::{BoundingBox, Weld};
-use sombrero_spatial::{Closest, Rim, Surface};
+use sombrero_spatial::{Closest, Rim, Spread, Surface};
 
 use crate::error::{RegistrationError, Side};
 use crate::surface::moments::Moments;
@@ -30,6 +30,8 @@ pub(crate) struct Shape {
     /// Triangles with three different corners.
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) moments: Moments,
+    /// Where samples are taken.
+    pub(crate) spread: Spread,
     surface: Surface,
     /// Unit normals; zero for a face without area.
     face_normals: Vec<Vector3<f64>>,
@@ -83,6 +85,7 @@ impl Shape {
         }
         vertex_normals.iter_mut().for_each(|n| *n = unit_or_zero(n));
         Self {
+            spread: Spread::new(&points, &triangles),
             surface: Surface::new(&points, &triangles),
             face_normals: area_vectors.iter().map(unit_or_zero).collect(),
             rim: Rim::new(&triangles),
