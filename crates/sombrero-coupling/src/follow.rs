@@ -3,26 +3,21 @@
 //! - On an edge between its ends (a T-junction): d = (1 - t) d_a + t d_b.
 //! - Near a larger part, as clothes are near a body, or lines near the surface that they are drawn on: as its closest
 //!   point, d = Σ w_k d_k with the weights of that in its triangle. It fades: from a hundredth of the model away to two
-//!   the point takes back its own displacement. So moves a layer: what has a rim, or lies near with more than half of its
-//!   area. A solid that stands beside another one would bend where its near side goes along and its far side does not; it
-//!   follows from a tenth of that distance, where it touches.
+//!   the point takes back its own displacement.
 
 use crate::Assembly;
 use crate::parts::Parts;
 use crate::sites::{Sites, same};
 use nalgebra::Matrix3;
-use sombrero_mesh::{Edges, geometry};
-use sombrero_spatial::{Closest, Surface};
+use sombrero_mesh::Edges;
+use sombrero_spatial::Surface;
 use std::collections::BTreeMap;
 
 /// So near, in sides of the largest part, a layer moves as what it lies on.
 const NEAR: f64 = 0.01;
 
-/// And so near a solid that stands beside it does.
-const TOUCHING: f64 = 0.1 * NEAR;
-
-/// At so many times that distance none does any longer.
-const FAR: f64 = 2.0;
+/// And here it no longer does.
+const FAR: f64 = 2.0 * NEAR;
 
 /// An end of an edge is at least this many reaches away from a point on it.
 const ENDS: f64 = 2.0;
@@ -74,7 +69,7 @@ pub(crate) fn following(assembly: &Assembly<'_>, sites: &Sites, edges: &Edges, p
     let mut found = Following::default();
     on_edges(assembly, sites, edges, parts, &mut found);
     let mut near = Following::default();
-    on_larger_parts(assembly, sites, edges, parts, &mut near);
+    on_larger_parts(sites, parts, &mut near);
     near.held.retain(|point| !found.rows.contains_key(point));
     found.held.extend(near.held);
     for (point, follow) in near.rows {
@@ -133,64 +128,27 @@ fn on_edges(assembly: &Assembly<'_>, sites: &Sites, edges: &Edges, parts: &Parts
 }
 
 /// Points near parts that are larger than theirs, and points without a triangle near any.
-fn on_larger_parts(
-    assembly: &Assembly<'_>,
-    sites: &Sites,
-    edges: &Edges,
-    parts: &Parts,
-    found: &mut Following,
-) {
+fn on_larger_parts(sites: &Sites, parts: &Parts, found: &mut Following) {
     let smaller = |point: u32| parts.of_point[point as usize] > 0;
     if parts.count == 0 || !sites.point.iter().any(|&point| smaller(point)) {
         return;
     }
     let surface = Surface::new(&sites.at, &sites.triangles);
-    let mut near = Vec::new();
     for (site, (p, &point)) in (0..).zip(sites.at.iter().zip(&sites.point)) {
         let part = parts.of_point[point as usize];
         let accept = |face: u32| parts.of_triangle[sites.face[face as usize] as usize] < part;
-        let farthest = FAR * NEAR * parts.side;
-        let closest = if smaller(point) { surface.closest_where(p, farthest, accept) } else { None };
-        near.extend(closest.map(|closest| (site, closest)));
-    }
-    let distance = |closest: &Closest| closest.distance() / parts.side;
-    let mut along = vec![0.0_f64; assembly.points.len()];
-    for (site, closest) in &near {
-        let along = &mut along[sites.point[*site as usize] as usize];
-        *along = along.max(1.0 - own_share(distance(closest), NEAR));
-    }
-    let layers = layers(assembly, edges, parts, &along);
-    for (site, closest) in &near {
-        let part = parts.of_point[sites.point[*site as usize] as usize];
-        let is_layer = layers.get(part as usize).is_none_or(|is_layer| *is_layer);
-        let own = own_share(distance(closest), if is_layer { NEAR } else { TOUCHING });
-        if is_layer || own < 1.0 {
+        let closest = if smaller(point) { surface.closest_where(p, FAR * parts.side, accept) } else { None };
+        if let Some(closest) = closest {
             let corners = sites.triangles[closest.face as usize];
             let weights = [0, 1, 2].map(|k| (corners[k], closest.barycentric[k]));
-            found.add(sites.point[*site as usize], follow(sites, *site, own, &weights));
+            found.add(point, follow(sites, site, own_share(closest.distance() / parts.side), &weights));
         }
     }
 }
 
-/// Which parts are layers, given how far each point would go along with a larger part: those with a rim, and those that
-/// would with more than half of their area.
-fn layers(assembly: &Assembly<'_>, edges: &Edges, parts: &Parts, along: &[f64]) -> Vec<bool> {
-    let mut is_layer = vec![false; parts.count];
-    for (side, &edge) in edges.of_side.iter().enumerate() {
-        is_layer[parts.of_triangle[side / 3] as usize] |= edges.sides[edge as usize] == 1;
-    }
-    let mut more_than_half = vec![0.0; parts.count];
-    for (corners, &part) in assembly.triangles.iter().zip(&parts.of_triangle) {
-        let [a, b, c] = corners.map(|v| &assembly.points[v as usize]);
-        let share: f64 = corners.iter().map(|&v| along[v as usize] / 3.0).sum();
-        more_than_half[part as usize] += geometry::area_vector(a, b, c).norm() * (share - 0.5);
-    }
-    is_layer.iter().zip(more_than_half).map(|(rim, more)| *rim || more > 0.0).collect()
-}
-
 /// 0 near, 1 far, and smooth between.
-fn own_share(distance: f64, near: f64) -> f64 {
-    let x = ((distance - near) / (FAR * near - near)).clamp(0.0, 1.0);
+fn own_share(distance: f64) -> f64 {
+    let x = ((distance - NEAR) / (FAR - NEAR)).clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 

@@ -116,29 +116,6 @@ fn what_lies_close_above_moves_with_it() {
 }
 
 #[test]
-fn a_solid_that_stands_beside_a_larger_one_is_free_until_it_touches() {
-    let ball = shapes::sphere(3);
-    let side = ball.bounding_box().unwrap().largest_side();
-    let beside = |gap: f64| {
-        let half = |p: &Point3<f64>| Point3::from(p.coords / 2.0 + Vector3::x() * side * (0.75 + gap));
-        let smaller = Soup::new(ball.points.iter().map(half).collect(), ball.triangles.clone());
-        coupling(&together(&[ball.clone(), smaller]), &[])
-    };
-    assert!(beside(0.004).is_free());
-    assert!(!beside(0.0005).is_free());
-}
-
-#[test]
-fn a_closed_layer_moves_with_what_it_lies_on() {
-    let ball = shapes::sphere(3);
-    let shell = Soup::new(ball.points.iter().map(|p| p * 1.01).collect(), ball.triangles.clone());
-    let both = together(&[shell, ball]);
-    let count = both.points.len() / 2;
-    let coupling = coupling(&both, &[]);
-    assert_eq!(coupling.rows().count(), count);
-}
-
-#[test]
 fn points_that_no_triangle_has_follow_the_surface_below() {
     let mut soup = square();
     soup.points.push(Point3::new(0.5, 0.25, 1e-3));
