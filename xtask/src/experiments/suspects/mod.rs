@@ -101,7 +101,8 @@ fn markdown(runs: u64, lines: &[Line]) -> String {
     let mut text = format!(
         "# Suspects as they come\n\nWritten by `cargo xtask suspects`; {runs} secrets for each original and preset. Nothing is told \
          to the program about what was done. log10 p is the median and the worst, seconds (on the clock, then of all threads) \
-         and memory are the most; whole runs of `detect`.\n"
+         and memory are the most; whole runs of `detect`. Memory is not told below what the experiment itself holds, some \
+         370 MB.\n"
     );
     let mut kind = "";
     for line in lines {
