@@ -107,7 +107,7 @@ impl Reading {
             Self::taken(),
             Self::of_registration(
                 "robust to the end",
-                "registration: no last round, so that pairs which fit weigh more",
+                "registration: pairs that fit weigh more in the last round too",
                 |options| options.icp.uniform_reach = None,
             ),
             Self::of_registration(
@@ -296,7 +296,7 @@ pub(crate) fn run(args: &Readings, folder: &Path) -> anyhow::Result<()> {
                 cells.extend(of_reading(args, folder, model, function, reading, &cells)?);
             }
             std::fs::write(args.out.join("readings.md"), markdown(args.runs, &readings, &cells))?;
-            let text = serde_json::to_string_pretty(&cells)? + "\n";
+            let text = serde_json::to_string(&cells)? + "\n";
             std::fs::write(args.out.join("readings.json"), text)?;
         }
     }
@@ -390,7 +390,8 @@ fn block(readings: &[Reading], group: &[&Cell]) -> String {
     let _ = writeln!(text, "| the paper | | {} |", paper.join(" | "));
     for reading in readings {
         let own = of(reading);
-        let short: f64 = own.iter().filter(|c| !c.holds()).filter_map(|c| Some(c.median - c.paper?)).sum();
+        let short =
+            0.0 + own.iter().filter(|c| !c.holds()).filter_map(|c| Some(c.median - c.paper?)).sum::<f64>();
         let held = own.iter().filter(|c| c.holds()).count();
         let shown = |head: &Cell| {
             let cell = own.iter().find(|c| c.row == head.row && c.function == head.function);
