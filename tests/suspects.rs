@@ -10,6 +10,7 @@ use sombrero::mesh::Soup;
 use sombrero::shapes;
 use sombrero::watermark::{Preset, Secret};
 use sombrero::{DetectError, DetectOptions, Detection, Detector, EmbedOptions, FirstLook, Glancer, embed};
+use sombrero_tests::joined;
 
 fn document(soup: &Soup) -> Document {
     Document::parse(encode(Format::Obj, soup).unwrap(), None).unwrap()
@@ -133,13 +134,10 @@ fn kit(count: usize) -> Vec<Soup> {
 
 /// All in one file, in a row.
 fn laid(parts: &[Soup], place: impl Fn(usize, &Point3<f64>) -> Point3<f64>) -> Soup {
-    let mut all = Soup::default();
-    for (i, part) in parts.iter().enumerate() {
-        let first = all.points.len() as u32;
-        all.points.extend(part.points.iter().map(|p| place(i, p)));
-        all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
-    }
-    all
+    let placed = |(i, part): (usize, &Soup)| {
+        Soup::new(part.points.iter().map(|p| place(i, p)).collect(), part.triangles.clone())
+    };
+    parts.iter().enumerate().map(placed).fold(Soup::default(), |all, part| joined(&all, &part))
 }
 
 fn in_a_row(i: usize, p: &Point3<f64>) -> Point3<f64> {

@@ -179,7 +179,7 @@ impl<'a, E: Examiner> Search<'a, E> {
     }
 
     /// Vertices, and those of parts. Whether all is said: one that is not the whole is certain, or the vertices of all parts tell where
-    /// they are, and not as a whole.
+    /// they are.
     fn first(&mut self, whole: &mut Tally<'a, E>) -> Result<bool, E::Error> {
         if self.options.resampling == When::Always {
             return Ok(false);

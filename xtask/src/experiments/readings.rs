@@ -77,118 +77,110 @@ impl Reading {
         }
     }
 
-    fn of_registration(
+    /// One choice made otherwise, which these rows can feel.
+    fn otherwise(
         name: &'static str,
         what: &'static str,
-        change: impl FnOnce(&mut RegisterOptions),
+        feels: fn(&Row) -> bool,
+        change: impl FnOnce(&mut Self),
     ) -> Self {
-        let mut reading = Self { name, what, feels: |row| row.registration, ..Self::taken() };
-        change(&mut reading.register);
+        let mut reading = Self { name, what, feels, ..Self::taken() };
+        change(&mut reading);
         reading
-    }
-
-    fn of_resampling(
-        name: &'static str,
-        what: &'static str,
-        change: impl FnOnce(&mut ResampleOptions),
-    ) -> Self {
-        let mut reading = Self { name, what, feels: |row| row.resampling, ..Self::taken() };
-        change(&mut reading.resample);
-        reading
-    }
-
-    fn of_smoothing(name: &'static str, what: &'static str, factors: &'static str) -> Self {
-        let feels = |row: &Row| row.attack.contains("smooth");
-        Self { name, what, feels, attack: Some(("smooth:iterations=10", factors)), ..Self::taken() }
     }
 
     fn all() -> Vec<Self> {
+        [vec![Self::taken()], Self::of_registration(), Self::of_resampling(), Self::of_the_rest()].concat()
+    }
+
+    fn of_registration() -> Vec<Self> {
+        let otherwise =
+            |name, what, change: fn(&mut Self)| Self::otherwise(name, what, |row| row.registration, change);
         vec![
-            Self::taken(),
-            Self::of_registration(
+            otherwise(
                 "robust to the end",
                 "registration: pairs that fit weigh more in the last round too",
-                |options| options.icp.uniform_reach = None,
+                |r| r.register.icp.uniform_reach = None,
             ),
-            Self::of_registration(
+            otherwise(
                 "all alike",
                 "registration: no pair weighs more than another in any round, none is rejected",
-                |options| (options.icp.tukey, options.icp.rejection) = (None, None),
+                |r| (r.register.icp.tukey, r.register.icp.rejection) = (None, None),
             ),
-            Self::of_registration(
+            otherwise(
                 "near pairs",
                 "registration: the last round takes pairs within 0.5 % of the diagonal instead of 2 %",
-                |options| options.icp.uniform_reach = Some(0.005),
+                |r| r.register.icp.uniform_reach = Some(0.005),
             ),
-            Self::of_registration(
-                "all pairs",
-                "registration: the last round takes pairs however far apart",
-                |options| options.icp.uniform_reach = Some(1.0),
+            otherwise("all pairs", "registration: the last round takes pairs however far apart", |r| {
+                r.register.icp.uniform_reach = Some(1.0);
+            }),
+            otherwise(
+                "the other way round",
+                "registration: points of the original on planes of the suspect",
+                |r| r.reversed = true,
             ),
-            Self {
-                reversed: true,
-                ..Self::of_registration(
-                    "the other way round",
-                    "registration: points of the original on planes of the suspect",
-                    |_| {},
-                )
-            },
-            Self::of_registration("2,000 samples", "registration: a tenth of the samples", |options| {
-                options.icp.samples = 2_000;
+            otherwise("2,000 samples", "registration: a tenth of the samples", |r| {
+                r.register.icp.samples = 2_000;
             }),
-            Self::of_registration("200,000 samples", "registration: ten times the samples", |options| {
-                options.icp.samples = 200_000;
+            otherwise("200,000 samples", "registration: ten times the samples", |r| {
+                r.register.icp.samples = 200_000;
             }),
-            Self::of_resampling("c_d as printed", "resampling: springs of 1e-3 instead of 0.2", |options| {
-                options.deform_weight = 1e-3;
+        ]
+    }
+
+    fn of_resampling() -> Vec<Self> {
+        let otherwise =
+            |name, what, change: fn(&mut Self)| Self::otherwise(name, what, |row| row.resampling, change);
+        vec![
+            otherwise("c_d as printed", "resampling: springs of 1e-3 instead of 0.2", |r| {
+                r.resample.deform_weight = 1e-3;
             }),
-            Self::of_resampling(
-                "c_f = 1e-2",
-                "resampling: turned faces weigh three times as much",
-                |options| {
-                    options.flip_weight = 1e-2;
-                },
-            ),
-            Self::of_resampling("no c_f", "resampling: turned faces weigh nothing", |options| {
-                options.flip_weight = 0.0;
+            otherwise("c_f = 1e-2", "resampling: turned faces weigh three times as much", |r| {
+                r.resample.flip_weight = 1e-2;
             }),
-            Self::of_resampling(
+            otherwise("no c_f", "resampling: turned faces weigh nothing", |r| r.resample.flip_weight = 0.0),
+            otherwise(
                 "full distances",
                 "resampling: distances to feet that stay where they are for a round, not along the normal",
-                |options| options.sliding_resistance = 1.0,
+                |r| r.resample.sliding_resistance = 1.0,
             ),
-            Self::of_resampling("4 samples a vertex", "resampling: half of the samples", |options| {
-                options.samples_per_vertex = 4.0;
+            otherwise("4 samples a vertex", "resampling: half of the samples", |r| {
+                r.resample.samples_per_vertex = 4.0;
             }),
-            Self::of_smoothing(
+        ]
+    }
+
+    fn of_the_rest() -> Vec<Self> {
+        let smoothed = |row: &Row| row.attack.contains("smooth");
+        vec![
+            Self::otherwise(
                 "Taubin 0.5",
                 "smoothing: λ = 0.5, μ = -0.53 instead of 0.33, -0.34",
-                "smooth:iterations=10,lambda=0.5,mu=-0.53",
+                smoothed,
+                |r| r.attack = Some(("smooth:iterations=10", "smooth:iterations=10,lambda=0.5,mu=-0.53")),
             ),
-            Self::of_smoothing(
-                "Taubin 0.63",
-                "smoothing: λ = 0.63, μ = -0.67",
-                "smooth:iterations=10,lambda=0.63,mu=-0.67",
+            Self::otherwise("Taubin 0.63", "smoothing: λ = 0.63, μ = -0.67", smoothed, |r| {
+                r.attack = Some(("smooth:iterations=10", "smooth:iterations=10,lambda=0.63,mu=-0.67"));
+            }),
+            Self::otherwise(
+                "noise by coordinates",
+                "noise: each coordinate by an even number, in units of the mean distance from the centre",
+                |row| row.attack.contains("noise"),
+                |r| r.attack = Some(("noise:", "coordinate-noise:")),
             ),
-            Self {
-                name: "noise by coordinates",
-                what: "noise: each coordinate by an even number, in units of the mean distance from the centre",
-                feels: |row| row.attack.contains("noise"),
-                attack: Some(("noise:", "coordinate-noise:")),
-                ..Self::taken()
-            },
-            Self {
-                name: "all splits",
-                what: "basis: splits that turn a face by more than 45 degrees carry a mark too",
-                all_splits: true,
-                ..Self::taken()
-            },
-            Self {
-                name: "no outliers",
-                what: "test: extracted coefficients count however large they are",
-                test: WatermarkTestOptions { outlier_threshold: None },
-                ..Self::taken()
-            },
+            Self::otherwise(
+                "all splits",
+                "basis: splits that turn a face by more than 45 degrees carry a mark too",
+                everything,
+                |r| r.all_splits = true,
+            ),
+            Self::otherwise(
+                "no outliers",
+                "test: extracted coefficients count however large they are",
+                everything,
+                |r| r.test.outlier_threshold = None,
+            ),
         ]
     }
 

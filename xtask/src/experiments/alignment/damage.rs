@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Noise, Operation};
 use sombrero::mesh::Soup;
 use sombrero::shapes;
+use sombrero_tests::joined;
 
 /// What is done to a model before it is moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,15 +89,6 @@ fn cut(soup: &Soup, share: f64, direction: &Vector3<f64>) -> Soup {
     Soup::new(soup.points.clone(), triangles.into_iter().map(|(_, t)| t).collect())
 }
 
-/// Both surfaces as one.
-fn joined(soup: &Soup, other: Soup) -> Soup {
-    let first = soup.points.len() as u32;
-    let mut both = soup.clone();
-    both.points.extend(other.points);
-    both.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + first)));
-    both
-}
-
 fn boxed(centre: &Point3<f64>, half: &Vector3<f64>) -> Soup {
     let mut cube = subdivided(shapes::cube(), 3);
     cube.points.iter_mut().for_each(|p| *p = centre + p.coords.component_mul(half));
@@ -110,7 +102,7 @@ fn with_base_plate(soup: &Soup, rng: &mut ChaCha8Rng) -> anyhow::Result<Soup> {
     let mut centre = nalgebra::center(&bounds.min, &bounds.max);
     half[axis] = 0.05 * bounds.sides()[axis];
     centre[axis] = bounds.min[axis] - 0.8 * half[axis];
-    Ok(joined(soup, boxed(&centre, &half)))
+    Ok(joined(soup, &boxed(&centre, &half)))
 }
 
 fn with_box(soup: &Soup, rng: &mut ChaCha8Rng) -> anyhow::Result<Soup> {
@@ -127,5 +119,5 @@ fn with_box(soup: &Soup, rng: &mut ChaCha8Rng) -> anyhow::Result<Soup> {
     let turn = random_rotation(rng);
     let mut other = boxed(&Point3::origin(), &half);
     other.points.iter_mut().for_each(|p| *p = centre + turn * p.coords);
-    Ok(joined(soup, other))
+    Ok(joined(soup, &other))
 }

@@ -24,6 +24,7 @@ use sombrero::search::{
 use sombrero::stats::{KeyTests, LogProbability};
 use sombrero::watermark::Preset;
 use sombrero::{DetectOptions, shapes};
+use sombrero_tests::joined;
 
 /// Estimates of a suspect that keys are held against.
 const ESTIMATES: usize = 2;
@@ -162,16 +163,14 @@ impl Make {
 
 /// Bumpy balls beside each other; equal numbers are equal parts.
 fn kit_of(parts: &[usize]) -> Soup {
-    let mut kit = Soup::default();
-    for (at, &part) in parts.iter().enumerate() {
+    let laid = |(at, &part): (usize, &usize)| {
         let ball = shapes::bumpy_sphere(300 + 20 * part);
         let stretch = Vector3::new(1.0 + 0.07 * part as f64, 1.0, 1.0 - 0.04 * part as f64);
-        let first = kit.points.len() as u32;
         let shift = Vector3::new(3.0 * at as f64, 0.0, 0.0);
-        kit.points.extend(ball.points.iter().map(|p| Point3::from(p.coords.component_mul(&stretch) + shift)));
-        kit.triangles.extend(ball.triangles.iter().map(|t| t.map(|v| v + first)));
-    }
-    kit
+        let place = |p: &Point3<f64>| Point3::from(p.coords.component_mul(&stretch) + shift);
+        Soup::new(ball.points.iter().map(place).collect(), ball.triangles)
+    };
+    parts.iter().enumerate().map(laid).fold(Soup::default(), |kit, part| joined(&kit, &part))
 }
 
 /// Each component turned and laid elsewhere by itself.

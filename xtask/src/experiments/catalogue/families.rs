@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sombrero::mesh::Soup;
+use sombrero_tests::joined;
 
 /// Members of a family.
 pub(crate) const MEMBERS: u64 = 10;
@@ -50,20 +51,13 @@ pub(crate) fn original(index: u64) -> Soup {
         let mut soup = single(family * 16 + part, index);
         let shift = Vector3::new(2.2 * (part % 3) as f64, 2.2 * (part / 3) as f64, 0.0);
         soup.points.iter_mut().for_each(|p| *p += shift);
-        append(&mut all, soup);
+        all = joined(&all, &soup);
     }
     if kinship(index) == Kinship::Mirrored {
         all.points.iter_mut().for_each(|p| p.x = -p.x);
         all.triangles.iter_mut().for_each(|t| t.swap(0, 1));
     }
     all
-}
-
-/// Puts another soup beside.
-pub(crate) fn append(all: &mut Soup, soup: Soup) {
-    let first = all.points.len() as u32;
-    all.points.extend(soup.points);
-    all.triangles.extend(soup.triangles.into_iter().map(|t| t.map(|v| v + first)));
 }
 
 fn single(seed: u64, index: u64) -> Soup {

@@ -1,6 +1,6 @@
 //! Suspects: what is done to an original, class by class.
 
-use super::families::{MEMBERS, append, original};
+use super::families::{MEMBERS, original};
 use anyhow::Context;
 use nalgebra::{Similarity3, Translation3, UnitQuaternion};
 use rand::{Rng, RngExt, SeedableRng};
@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use sombrero::attacks::{Simplification, apply_all, mirror, parse_list};
 use sombrero::mesh::{Soup, connected, weld_and_repair};
 use sombrero::spatial::sample_ball;
+use sombrero_tests::joined;
 
 /// What is asked about, and how it came to be.
 pub(crate) struct Suspect {
@@ -158,7 +159,7 @@ fn scene(soup: &Soup, seed: u64, rng: &mut impl Rng) -> (Soup, Similarity3<f64>)
         if k == place {
             within = pose;
         }
-        append(&mut all, moved(&object, &pose));
+        all = joined(&all, &moved(&object, &pose));
     }
     (all, within)
 }
@@ -178,7 +179,7 @@ fn half(soup: &Soup, rng: &mut impl Rng) -> Soup {
         let own = Soup::new(points.clone(), own).compacted().0;
         let turn = UnitQuaternion::new(sample_ball(rng).normalize() * rng.random_range(0.0..3.0));
         let shift = Translation3::from(sample_ball(rng).normalize() * 12.0);
-        append(&mut all, moved(&own, &Similarity3::from_parts(shift, turn, 1.0)));
+        all = joined(&all, &moved(&own, &Similarity3::from_parts(shift, turn, 1.0)));
     }
     all
 }

@@ -27,13 +27,8 @@ pub(super) fn lines(args: &Suspects, folder: &Path, preset: Preset) -> anyhow::R
     let owner = Owner::new()?;
     let mut lines = Vec::new();
     for model in MODELS.iter().filter(|model| args.asks_for(model.name)) {
-        let mut made = COPIES.map(|(suspect, ..)| Line {
-            kind: "Mirrored, scanned, printed",
-            original: model.name.to_owned(),
-            preset: preset.name(),
-            suspect: suspect.to_owned(),
-            answers: Vec::new(),
-        });
+        let mut made =
+            COPIES.map(|(suspect, ..)| Line::new("Mirrored, scanned, printed", model.name, preset, suspect));
         for seed in 0..args.runs {
             let mark = owner.mark(&folder.join(model.file), preset, seed)?;
             for (line, (_, specs, deviation)) in made.iter_mut().zip(COPIES) {

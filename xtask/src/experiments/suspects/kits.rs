@@ -12,6 +12,7 @@ use sombrero::mesh::{Soup, part, parts};
 use sombrero::shapes;
 use sombrero::spatial::sample_ball;
 use sombrero::watermark::Preset;
+use sombrero_tests::joined;
 
 /// Parts of a kit.
 const SIZES: [usize; 4] = [2, 6, 12, 24];
@@ -62,13 +63,7 @@ fn of_one(
     preset: Preset,
     (name, count, alike): (&str, usize, bool),
 ) -> anyhow::Result<Vec<Line>> {
-    let mut lines = LAYOUTS.map(|(suspect, _)| Line {
-        kind: "Kits",
-        original: name.to_owned(),
-        preset: preset.name(),
-        suspect: suspect.to_owned(),
-        answers: Vec::new(),
-    });
+    let mut lines = LAYOUTS.map(|(suspect, _)| Line::new("Kits", name, preset, suspect));
     for seed in 0..args.runs {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let [own, others] = [(); 2].map(|()| kit(count, alike, &mut rng));
@@ -134,12 +129,9 @@ fn turn(part: &mut Soup, rng: &mut ChaCha8Rng) {
 }
 
 fn side_by_side(parts: &[Soup]) -> Soup {
-    let mut all = Soup::default();
-    for (at, part) in parts.iter().enumerate() {
-        let first = all.points.len() as u32;
+    let shifted = |(at, part): (usize, &Soup)| {
         let shift = Vector3::new((at % 4) as f64, (at / 4) as f64, 0.0) * APART;
-        all.points.extend(part.points.iter().map(|p| p + shift));
-        all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
-    }
-    all
+        Soup::new(part.points.iter().map(|p| p + shift).collect(), part.triangles.clone())
+    };
+    parts.iter().enumerate().map(shifted).fold(Soup::default(), |all, part| joined(&all, &part))
 }

@@ -68,6 +68,12 @@ pub(crate) fn run(args: &Suspects, folder: &Path) -> anyhow::Result<()> {
 }
 
 impl Line {
+    /// Of a suspect that nobody has looked at yet.
+    fn new(kind: &'static str, original: &str, preset: Preset, suspect: &str) -> Self {
+        let (original, suspect) = (original.to_owned(), suspect.to_owned());
+        Self { kind, original, preset: preset.name(), suspect, answers: Vec::new() }
+    }
+
     /// Says how far the experiment is.
     fn print(self) -> Self {
         println!("{}", self.row());

@@ -22,21 +22,21 @@ pub(super) fn lines(args: &Suspects, folder: &Path, preset: Preset) -> anyhow::R
     for (at, model) in MODELS.iter().enumerate().filter(|(_, model)| args.asks_for(model.name)) {
         let mark = owner.mark(&folder.join(model.file), preset, 0)?;
         for (name, suspect) in unrelated(folder, at)? {
-            let answers = vec![mark.look(&suspect)?];
-            lines.push(line("Something else", model.name, preset, name, answers).print());
+            let mut line = Line::new("Something else", model.name, preset, &name);
+            line.answers.push(mark.look(&suspect)?);
+            lines.push(line.print());
         }
     }
     for (name, shape) in [("torus", shapes::torus(112, 40, 1.0, 0.4)), ("ball", shapes::sphere(5))] {
         if args.asks_for(name) {
-            let mut answers = Vec::new();
+            let mut line = Line::new("Endless poses", name, preset, "half of the faces, moved");
             for seed in 0..args.runs {
                 let mark = owner.mark(&owner.keep("original", &shape)?, preset, seed)?;
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
                 let attacks = parse_list("simplify:ratio=0.5 transform")?;
-                answers.push(mark.look(&apply_all(&attacks, &mark.copy, &mut rng)?.soup)?);
+                line.answers.push(mark.look(&apply_all(&attacks, &mark.copy, &mut rng)?.soup)?);
             }
-            let what = "half of the faces, moved".to_owned();
-            lines.push(line("Endless poses", name, preset, what, answers).print());
+            lines.push(line.print());
         }
     }
     Ok(lines)
@@ -53,14 +53,4 @@ fn unrelated(folder: &Path, own: usize) -> anyhow::Result<Vec<(String, Soup)>> {
         turn.map(|number| (format!("generated {number}"), families::original(number * families::MEMBERS))),
     );
     Ok(suspects)
-}
-
-fn line(
-    kind: &'static str,
-    original: &str,
-    preset: Preset,
-    suspect: String,
-    answers: Vec<super::Answer>,
-) -> Line {
-    Line { kind, original: original.to_owned(), preset: preset.name(), suspect, answers }
 }
