@@ -254,6 +254,62 @@ fn mirror_images_are_found_and_called_so() {
     }
 }
 
+fn attacked(soup: &Soup, specs: &str, seed: u64) -> Soup {
+    apply_all(&parse_list(specs).unwrap(), soup, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap().soup
+}
+
+/// Connectivity that goes onto itself in a hundred ways: where vertices lie says which is right.
+#[test]
+fn renumbered_turned_bodies_are_found() {
+    let original = document(&shapes::vase(56, 36));
+    let marked = embed(&original, Secret([4; 32]), &robust()).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap().soup().clone();
+    let detector = Detector::new(&original, marked.key).unwrap();
+    for seed in 0..4 {
+        for specs in ["reorder", "reorder noise:amplitude=0.0005 transform"] {
+            let found = look(&detector, &attacked(&copy, specs, seed)).unwrap();
+            assert!(found.log10_p < -60.0, "{specs}, {seed}: {}", found.log10_p);
+        }
+    }
+}
+
+#[test]
+fn pieces_and_mirror_images_of_renumbered_turned_bodies_are_found() {
+    let original = document(&shapes::vase(56, 36));
+    let marked = embed(&original, Secret([6; 32]), &robust()).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap().soup().clone();
+    let detector = Detector::new(&original, marked.key).unwrap();
+    for seed in 0..4 {
+        for specs in ["reorder crop:fraction=0.5", "reorder crop:fraction=0.3 transform"] {
+            let found = look(&detector, &attacked(&copy, specs, seed)).unwrap();
+            assert!(found.log10_p < -60.0, "{specs}, {seed}: {}", found.log10_p);
+        }
+        let found = look(&detector, &attacked(&mirrored(&copy), "reorder", seed)).unwrap();
+        assert!(found.log10_p < -60.0, "mirrored, {seed}: {}", found.log10_p);
+    }
+}
+
+#[test]
+fn renumbered_turned_parts_of_a_kit_are_found() {
+    let bodies = [shapes::vase(56, 36), shapes::vase(40, 30)];
+    let original = document(&laid(&bodies, in_a_row));
+    let marked = embed(&original, Secret([7; 32]), &robust()).unwrap();
+    let copy = Document::parse(marked.bytes, None).unwrap().soup().clone();
+    let first = bodies[0].points.len();
+    let detector = Detector::new(&original, marked.key).unwrap();
+    let halves = [0..first, first..copy.points.len()];
+    let bodies = bodies
+        .iter()
+        .zip(halves)
+        .map(|(body, range)| Soup::new(copy.points[range].to_vec(), body.triangles.clone()));
+    let bodies: Vec<Soup> = bodies.collect();
+    for seed in 0..3 {
+        let suspect = attacked(&laid(&bodies, elsewhere), "reorder", seed);
+        let found = look(&detector, &suspect).unwrap();
+        assert!(found.log10_p < -60.0 && found.parts.len() == 2, "{seed}: {}", found.log10_p);
+    }
+}
+
 /// Points scattered over a surface, with noise, as a scanner leaves them.
 fn scanned(soup: &Soup, count: usize, noise: f64) -> Soup {
     let mut rng = ChaCha8Rng::seed_from_u64(7);

@@ -31,7 +31,7 @@ pub use edges::Edges;
 pub use facets::Facets;
 pub use hinges::{Hinge, hinges};
 pub use ids::{EdgeId, FaceId, HalfedgeId, VertexId};
-pub use matching::{Matchings, VertexMatching, isomorphisms, match_connectivity};
+pub use matching::{Matchings, Misfit, VertexMatching, best_matchings, isomorphisms, match_connectivity};
 pub use mesh::{Mesh, TopologyError};
 pub use parts::{part, parts};
 pub use planar::PlanarRegions;

@@ -12,7 +12,7 @@
 
 use crate::budget::Budget;
 use crate::error::SearchError;
-use crate::matched::matched;
+use crate::matched::{Matched, matched};
 use crate::options::{SearchOptions, When};
 use crate::outline::Outline;
 use crate::parts::{PartShape, components};
@@ -20,7 +20,7 @@ use crate::placements;
 use crate::poses::{Similar, lies_elsewhere, mirrored, similar, stretched};
 use crate::stages::Stages;
 use crate::suspect::Suspect;
-use nalgebra::{Affine3, Point3};
+use nalgebra::Affine3;
 
 /// What the first look saw, which the search need not look at again.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ pub struct Glance {
     /// Started with this look.
     pub(crate) budget: Budget,
     /// The numberings that fit the connectivity, if they were looked for.
-    pub(crate) matched: Option<Vec<Vec<Option<Point3<f64>>>>>,
+    pub(crate) matched: Option<Matched>,
     /// The poses that fit, if they were looked for; and where they fit badly, those of the mirror image and the affine ones.
     pub(crate) similar: Option<Similar>,
     pub(crate) mirrored: Option<Vec<Affine3<f64>>>,
@@ -81,7 +81,7 @@ impl Glance {
         if options.resampling != When::Always && !suspect.cloud {
             let found = seconds.time("matching", || matched(outline.model(), soup));
             let found = self.matched.insert(found);
-            if !found.is_empty() {
+            if !found.ways.is_empty() {
                 return Ok(false);
             }
         }

@@ -1,17 +1,33 @@
-//! Which vertex is which, by the connectivity alone: for suspects that were renumbered or cropped.
+//! Which vertex is which, by the connectivity: for suspects that were renumbered or cropped. Where it permits several ways, the
+//! shape decides.
 
 use crate::limits::{MOST_POSES, TOLD_APART};
 use crate::model::Model;
 use crate::pairs::Pairs;
 use nalgebra::Point3;
-use sombrero_mesh::{Soup, VertexMatching, match_connectivity};
+use sombrero_mesh::{Soup, VertexMatching, best_matchings};
 
-/// Every way to number the suspect's vertices as the original's that fits the shape, best first: for each of the
-/// original's points its place on the suspect, in the suspect's coordinates, or `None`.
-pub(crate) fn matched(model: &Model, suspect: &Soup) -> Vec<Vec<Option<Point3<f64>>>> {
+/// The ways to number the suspect's vertices as the original's that fit the shape.
+#[derive(Debug)]
+pub(crate) struct Matched {
+    /// Best first: for each of the original's points its place on the suspect, in the suspect's coordinates, or `None`.
+    pub(crate) ways: Vec<Vec<Option<Point3<f64>>>>,
+    /// Whether there may be others that fit better.
+    pub(crate) truncated: bool,
+}
+
+/// Every way to number the suspect's vertices as the original's that fits the shape.
+pub(crate) fn matched(model: &Model, suspect: &Soup) -> Matched {
     let original = model.soup();
     let (points, others) = (original.points.len(), suspect.points.len());
-    let matchings = match_connectivity(&original.triangles, points, &suspect.triangles, others);
+    // Sums of squares, which add up over components.
+    let misfit = |pairs: &[(u32, u32)]| {
+        let pairs = pairs.iter().map(|&(s, o)| (suspect.points[s as usize], original.points[o as usize]));
+        let pairs = Pairs::from_iter(pairs);
+        pairs.placement().map_or(f64::INFINITY, |placement| pairs.sum_of_squares(&placement))
+    };
+    let matchings =
+        best_matchings(&original.triangles, points, &suspect.triangles, others, MOST_POSES, &misfit);
     let place = |v: Option<u32>| v.and_then(|v| suspect.points.get(v as usize).copied());
     let places = |m: &VertexMatching| m.of_first.iter().map(|v| place(*v)).collect::<Vec<_>>();
     let fitted = matchings.found.iter().map(places).filter_map(|found| {
@@ -22,5 +38,6 @@ pub(crate) fn matched(model: &Model, suspect: &Soup) -> Vec<Vec<Option<Point3<f6
     fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (factor, length) = TOLD_APART;
     let limit = fitted.first().map_or(0.0, |best| factor * best.0 + length * model.largest_side());
-    fitted.into_iter().filter(|(rms, _)| *rms <= limit).map(|(_, found)| found).take(MOST_POSES).collect()
+    let ways = fitted.into_iter().filter(|(rms, _)| *rms <= limit).map(|(_, found)| found).collect();
+    Matched { ways, truncated: matchings.truncated }
 }

@@ -40,7 +40,17 @@ impl Pairs {
 
     /// Root mean square distance of the found points, placed so, from the original's, in model units.
     pub(crate) fn rms(&self, placement: &Placement) -> f64 {
-        let squares: f64 = self.0.iter().map(|(p, q)| (placement.of(p) - q).norm_squared()).sum();
-        (squares / self.0.len().max(1) as f64).sqrt()
+        (self.sum_of_squares(placement) / self.0.len().max(1) as f64).sqrt()
+    }
+
+    /// Sum of the squared distances of the found points, placed so, from the original's.
+    pub(crate) fn sum_of_squares(&self, placement: &Placement) -> f64 {
+        self.0.iter().map(|(p, q)| (placement.of(p) - q).norm_squared()).sum()
+    }
+}
+
+impl FromIterator<(Point3<f64>, Point3<f64>)> for Pairs {
+    fn from_iter<I: IntoIterator<Item = (Point3<f64>, Point3<f64>)>>(pairs: I) -> Self {
+        Self(pairs.into_iter().collect())
     }
 }

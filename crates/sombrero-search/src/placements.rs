@@ -9,8 +9,6 @@ use rayon::prelude::*;
 use sombrero_mesh::{Soup, isomorphisms};
 use sombrero_registration::{RegisterOptions, Registration, Starts, likeness, register};
 
-/// Numberings of a component's vertices that are looked at: a geodesic sphere has 120.
-const NUMBERINGS: usize = 240;
 /// Root mean square distance, in largest sides of the part, beyond which a component is another part.
 const FITS: f64 = 0.03;
 /// Parts that a component is registered to: those that look most like it.
@@ -49,25 +47,27 @@ pub(crate) fn by_vertices<'a>(parts: &[&PartShape], components: &'a [Component])
     components.par_iter().filter_map(found).collect()
 }
 
-/// All ways to number a component as a part that fit.
+/// All ways to number a component as a part that fit, the best of them; none where there are too many to look at all.
 fn numbered(number: usize, part: &PartShape, component: &Component) -> Vec<Place> {
     let (original, suspect) = (&part.component.soup, &component.soup);
     let [n, m] = [original, suspect].map(|soup| soup.points.len());
     if n != m || original.triangles.len() != suspect.triangles.len() {
         return Vec::new();
     }
-    let place = |numbering: Vec<Option<u32>>| {
+    let mut best: Vec<Place> = Vec::new();
+    let all = isomorphisms(&original.triangles, n, &suspect.triangles, m, &mut |numbering| {
         let found: Vec<_> = numbering.iter().map(|v| v.map(|v| suspect.points[v as usize])).collect();
         let pairs = Pairs::new(original, &found);
-        let placement = pairs.placement()?;
+        let Some(placement) = pairs.placement() else { return };
         let misfit = pairs.rms(&placement) / part.side;
-        (misfit <= FITS).then(|| {
+        let at = best.partition_point(|other| other.misfit <= misfit);
+        if misfit <= FITS && at < MOST_POSES {
             let placed = found.iter().map(|p| p.map(|p| placement.of(&p))).collect();
-            Place { part: number, map: placement.map(), vertices: Some(placed), misfit }
-        })
-    };
-    let numberings = isomorphisms(&original.triangles, n, &suspect.triangles, m, NUMBERINGS);
-    numberings.into_iter().filter_map(place).collect()
+            best.insert(at, Place { part: number, map: placement.map(), vertices: Some(placed), misfit });
+            best.truncate(MOST_POSES);
+        }
+    });
+    if all { best } else { Vec::new() }
 }
 
 /// Components placed by their surfaces, whole ones.

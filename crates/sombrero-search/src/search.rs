@@ -230,11 +230,14 @@ impl<'a, E: Examiner> Search<'a, E> {
         let found = known.unwrap_or_else(|| {
             whole.seconds.time("matching", || matched(original.model(), &self.suspect.soup))
         });
-        let all = found.into_iter().map(|found| Correspondence::new(original, found, registers));
+        // A turned body goes onto itself in so many ways that the right one may not be among those that were looked at.
+        let wrong = found.truncated;
+        let all = found.ways.into_iter().map(|found| Correspondence::new(original, found, registers));
+        let all = all.map(|found| if wrong { found.doubted() } else { found });
         if original.has_parts()
             && are_alike(&components(original.model().soup()), &components(&self.suspect.soup))
         {
-            return all.map(Correspondence::doubted).collect();
+            return all.map(Correspondence::doubted_if_partial).collect();
         }
         all.collect()
     }
@@ -248,7 +251,7 @@ impl<'a, E: Examiner> Search<'a, E> {
         let triangles = self.suspect.soup.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
         let turned = Soup::new(self.suspect.soup.points.clone(), triangles);
         let found = tally.seconds.time("matching", || matched(self.original.model(), &turned));
-        let all = found.into_iter().map(|found| Correspondence::new(self.original, found, true));
+        let all = found.ways.into_iter().map(|found| Correspondence::new(self.original, found, true));
         let mirrored: Vec<_> = all.filter(|found| found.fits() && found.is_mirrored()).collect();
         by_vertices(self.original, &mirrored, &NUISANCES, &mut tally)?;
         Ok(self.close(tally, Vec::new()))

@@ -45,9 +45,14 @@ impl Correspondence {
         self.placement.is_some_and(|placement| placement.mirrored)
     }
 
-    /// The same where the parts that were found may as well be others: then a piece that fits settles nothing.
+    /// The same where the right one may be another: then that it fits settles nothing.
     pub(crate) fn doubted(self) -> Self {
-        Self { fits: self.fits && !self.partial, ..self }
+        Self { fits: false, ..self }
+    }
+
+    /// The same where the parts that were found may as well be others: then a piece that fits settles nothing.
+    pub(crate) fn doubted_if_partial(self) -> Self {
+        if self.partial { self.doubted() } else { self }
     }
 
     /// Whether it is within this many largest sides of what was found.

@@ -14,6 +14,7 @@
 //! | [`part`]`(r)` | about 60 r² | -2 |
 //! | [`bust`]`(r)` | 10 r² + 2 | 2 |
 //! | [`bumpy_sphere`]`(v)` | about v | 2 |
+//! | [`vase`]`(m, n)` | m n + 2 | 2 |
 
 mod blocks;
 mod bumpy;
@@ -24,6 +25,7 @@ mod part;
 mod sheet;
 mod solids;
 mod torus;
+mod vase;
 mod waves;
 
 #[cfg(test)]
@@ -37,3 +39,4 @@ pub use part::{PART_RESOLUTION, part};
 pub use sheet::{open_sheet, sheet_with_hole};
 pub use solids::{cube, icosahedron, octahedron, tetrahedron};
 pub use torus::torus;
+pub use vase::vase;

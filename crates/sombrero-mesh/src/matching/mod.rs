@@ -8,16 +8,22 @@
 mod connectivity;
 mod flood;
 mod isomorphism;
+mod places;
 mod signature;
 
 use connectivity::{Connectivity, NONE, turned};
 use flood::{Assignment, Placement};
+use places::Places;
 use signature::{Level, Lookalikes};
 
 pub use isomorphism::isomorphisms;
+pub use places::Misfit;
 
-/// Most matchings that are returned.
+/// Most matchings that [`match_connectivity`] returns.
 const MAX_MATCHINGS: usize = 8;
+
+/// Where the best are asked for, and a place is known, a search for others ends after so many more steps.
+const STEPS_TO_OTHERS: usize = 1 << 25;
 
 /// A component that is no isomorphic copy must find a place for this part of its faces.
 const SHARE: f64 = 0.9;
@@ -56,10 +62,10 @@ pub struct VertexMatching {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Matchings {
-    /// At most eight different matchings with equally many faces; none when the meshes do not correspond.
-    /// More than one if the connectivity cannot tell them apart, as with a regular grid.
+    /// Different matchings with equally many faces, at most as many as were asked for; none when the meshes do not
+    /// correspond. More than one if the connectivity cannot tell them apart, as with a regular grid.
     pub found: Vec<VertexMatching>,
-    /// Whether there may be more that are as good: the ninth was dropped, or the search for others cut short.
+    /// Whether there may be more that are as good: one too many was dropped, or the search for others cut short.
     pub truncated: bool,
 }
 
@@ -80,7 +86,8 @@ pub struct Matchings {
 /// directions; faces with a corner twice or out of range, and repetitions of a face, are ignored. When less than
 /// 90 % of `second` is found, the rest is tried with its faces turned over.
 ///
-/// Symmetric connectivity has several equally good matchings, of which up to eight are returned. But a component
+/// Symmetric connectivity has several equally good matchings, of which the first eight are returned
+/// ([`best_matchings`] returns the best). But a component
 /// with several places stays `None` when more than ten times as many faces are matched already: eight ways to
 /// number a bolt are not worth eight matchings. A component that is cut from a nearly regular surface may have
 /// so many places to try that it is given up. The result depends on the arguments alone.
@@ -107,9 +114,50 @@ pub fn match_connectivity(
     second: &[[u32; 3]],
     second_vertices: usize,
 ) -> Matchings {
-    let a = Connectivity::new(first, first_vertices);
-    let b = Connectivity::new(second, second_vertices);
-    let mut search = Search::new(&a, &b);
+    let [first, second] = [(first, first_vertices), (second, second_vertices)];
+    matchings(first, second, &Wanted { most: MAX_MATCHINGS, misfit: None })
+}
+
+/// [`match_connectivity`] that, of matchings with equally many faces, returns those whose misfit, summed over the
+/// components, is smallest, smallest first: at most `most`.
+///
+/// A body of revolution goes onto itself in as many ways as it has vertices around its axis; where they lie says which of them
+/// is right. All are looked at, until 33 million faces were laid on others. If there may be more then,
+/// [`Matchings::truncated`] says so, and the right one may not be among those that are returned.
+///
+/// ```
+/// use sombrero_mesh::best_matchings;
+/// use sombrero_shapes as shapes;
+///
+/// // A torus whose connectivity goes onto itself in more than a thousand ways.
+/// let torus = shapes::torus(24, 24, 1.0, 0.4);
+/// let n = torus.points.len();
+/// let misfit = |pairs: &[(u32, u32)]| pairs.iter().filter(|(second, first)| second != first).count() as f64;
+/// let best = best_matchings(&torus.triangles, n, &torus.triangles, n, 1, &misfit);
+/// assert_eq!(best.found[0].of_first[7], Some(7));
+/// ```
+pub fn best_matchings(
+    first: &[[u32; 3]],
+    first_vertices: usize,
+    second: &[[u32; 3]],
+    second_vertices: usize,
+    most: usize,
+    misfit: &Misfit<'_>,
+) -> Matchings {
+    matchings((first, first_vertices), (second, second_vertices), &Wanted { most, misfit: Some(misfit) })
+}
+
+/// Which of the matchings with equally many faces are returned.
+struct Wanted<'m> {
+    most: usize,
+    /// The best ones by this; the first ones without.
+    misfit: Option<&'m Misfit<'m>>,
+}
+
+fn matchings(first: (&[[u32; 3]], usize), second: (&[[u32; 3]], usize), wanted: &Wanted<'_>) -> Matchings {
+    let a = Connectivity::new(first.0, first.1);
+    let b = Connectivity::new(second.0, second.1);
+    let mut search = Search::new(&a, &b, wanted);
     search.match_all(&b);
     search.finish()
 }
@@ -124,25 +172,32 @@ struct Component {
 /// Assignments that are equally good so far.
 struct Search<'m> {
     a: &'m Connectivity,
+    wanted: &'m Wanted<'m>,
     assignments: Vec<Assignment>,
+    /// The misfit of each.
+    misfits: Vec<f64>,
     /// -log₂ of the frequency of each valence among interior vertices of `a`.
     bits: Vec<f64>,
     needed_bits: f64,
     steps_left: usize,
+    steps_to_others: usize,
     /// How many of the faces that have their place lie upside down.
     mirrored_faces: usize,
     truncated: bool,
 }
 
 impl<'m> Search<'m> {
-    fn new(a: &'m Connectivity, b: &Connectivity) -> Self {
+    fn new(a: &'m Connectivity, b: &Connectivity, wanted: &'m Wanted<'m>) -> Self {
         let places = 3.0 * a.face_count() as f64 * b.face_count() as f64;
         Self {
             a,
+            wanted,
             assignments: vec![Assignment::new(a, b)],
+            misfits: vec![0.0],
             bits: bits_of_valences(a),
             needed_bits: libm::log2(places.max(1.0)) + MARGIN_BITS,
             steps_left: TOTAL_WALKS * (a.face_count() + b.face_count()) + FREE_STEPS,
+            steps_to_others: STEPS_TO_OTHERS,
             mirrored_faces: 0,
             truncated: false,
         }
@@ -210,15 +265,21 @@ impl<'m> Search<'m> {
         let mut assignments = std::mem::take(&mut self.assignments);
         for (source, assignment) in assignments.iter_mut().enumerate() {
             // One more than fits, to know whether there are more.
-            let room = (MAX_MATCHINGS + 1).saturating_sub(ways.len()).max(1);
-            let mut hunt =
-                Hunt { b, size, lookalikes, wanted: if minor { 2 } else { room }, cut_short: false };
+            let room = (self.wanted.most + 1).saturating_sub(ways.len()).max(1);
+            let (wanted, misfit) = match self.wanted.misfit {
+                _ if minor => (2, None),
+                Some(misfit) => (self.wanted.most, Some(misfit)),
+                None => (room, None),
+            };
+            let mut hunt = Hunt { b, size, lookalikes, wanted, misfit, cut_short: false };
             let placements = self.placements(assignment, seeds, &mut hunt);
             ambiguous |= placements.len() > 1;
             cut_short |= hunt.cut_short;
-            ways.extend(placements.into_iter().enumerate().map(|(rank, placement)| Way {
+            let before = self.misfits[source];
+            ways.extend(placements.into_iter().enumerate().map(|(rank, (misfit, placement))| Way {
                 source,
                 rank,
+                misfit: before + misfit,
                 placement,
             }));
         }
@@ -229,24 +290,32 @@ impl<'m> Search<'m> {
             return false;
         }
         ways.retain(|way| Some(way.placement.faces.len()) == best);
-        ways.sort_by_key(|way| (way.rank, way.source));
-        self.truncated |= cut_short || ways.len() > MAX_MATCHINGS;
-        ways.truncate(MAX_MATCHINGS);
+        ways.sort_by(|x, y| x.misfit.total_cmp(&y.misfit).then((x.rank, x.source).cmp(&(y.rank, y.source))));
+        let most = self.wanted.most.max(1);
+        self.truncated |= cut_short || (self.wanted.misfit.is_none() && ways.len() > most);
+        ways.truncate(most);
+        self.misfits = ways.iter().map(|way| way.misfit).collect();
         self.assignments = extended(assignments, &ways);
         true
     }
 
-    /// The best places for one component that an assignment leaves free, all as good as each other.
-    fn placements(&mut self, assignment: &mut Assignment, seeds: &[Seed], hunt: &mut Hunt) -> Vec<Placement> {
+    /// The best places for one component that an assignment leaves free, all with as many faces, and the misfit of each.
+    fn placements(
+        &mut self,
+        assignment: &mut Assignment,
+        seeds: &[Seed],
+        hunt: &mut Hunt,
+    ) -> Vec<(f64, Placement)> {
+        let mut found = Places::new(hunt.wanted, hunt.misfit);
         let mut walked = 0;
-        let mut found: Vec<Placement> = Vec::new();
         for seed in seeds {
             let candidates = hunt.lookalikes.of(seed.face);
             for side in candidates.flat_map(|face| [0, 1, 2].map(|k| turned(3 * face, k))) {
-                if found.len() >= hunt.wanted {
+                if found.are_enough() {
                     break;
                 }
-                if walked >= MAX_WALKS * hunt.size + FREE_STEPS || walked >= self.steps_left {
+                let many = walked >= MAX_WALKS * hunt.size + FREE_STEPS || walked >= self.steps_left;
+                if many || (self.steps_to_others == 0 && !found.best.is_empty()) {
                     hunt.cut_short = true;
                     break;
                 }
@@ -254,21 +323,20 @@ impl<'m> Search<'m> {
                     true => assignment.flood(self.a, hunt.b, (seed.face, side), !seed.inner),
                     false => (None, 1),
                 };
-                walked += steps;
                 let accepted = placement.filter(|p| self.accepts(hunt, p, seed.inner));
-                let best = found.first().map_or(0, |p| p.faces.len());
-                if let Some(placement) = accepted.filter(|p| p.faces.len() >= best) {
-                    // Places with fewer faces are not the right ones.
-                    found.retain(|p| p.faces.len() == placement.faces.len());
-                    found.push(placement);
+                accepted.into_iter().for_each(|placement| found.add(placement));
+                // Where the best are asked for, others are looked for as soon as there is one.
+                match hunt.misfit.is_some() && !found.best.is_empty() {
+                    true => self.steps_to_others = self.steps_to_others.saturating_sub(steps),
+                    false => walked += steps,
                 }
             }
-            if !found.is_empty() || hunt.cut_short {
+            if !found.best.is_empty() || hunt.cut_short {
                 break;
             }
         }
         self.steps_left = self.steps_left.saturating_sub(walked);
-        found
+        found.best
     }
 
     /// The criterion of [`match_connectivity`].
@@ -317,8 +385,9 @@ struct Hunt<'h> {
     /// Faces of the component.
     size: usize,
     lookalikes: &'h Lookalikes,
-    /// How many places are enough.
+    /// How many places are enough: the best ones by the misfit, the first ones without.
     wanted: usize,
+    misfit: Option<&'h Misfit<'h>>,
     /// Whether the search ended before all places had been seen.
     cut_short: bool,
 }
@@ -329,6 +398,8 @@ struct Way {
     source: usize,
     /// How many ways to go on from the same one were found before.
     rank: usize,
+    /// Of all components that have their place then.
+    misfit: f64,
     placement: Placement,
 }
 
