@@ -73,6 +73,36 @@ fn wall_stays_thick(thickness: f64, secret: u8) {
     assert_eq!(new_intersections(&Change::new(&wall.points, &after, &wall.triangles)), 0);
 }
 
+/// A body and one of a third of its size that stands so far from it, in its largest sides.
+fn beside(gap: f64) -> [Soup; 2] {
+    let body = shapes::bumpy_sphere(700);
+    let small = shapes::bumpy_sphere(500);
+    let side = body.bounding_box().unwrap().largest_side();
+    let across = |soup: &Soup, scale: f64, sign: f64| {
+        soup.points.iter().map(|p| sign * scale * p.x).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let shift = across(&body, 1.0, 1.0) + across(&small, 0.33, -1.0) + gap * side;
+    let at = |p: &Point3<f64>| Point3::new(0.33 * p.x + shift, 0.33 * p.y, 0.33 * p.z);
+    [body, Soup::new(small.points.iter().map(at).collect(), small.triangles)]
+}
+
+/// Solids with clearance move each by itself, those that touch go along: neither way do they come to cut.
+#[test]
+fn solids_beside_each_other_do_not_come_to_cut() {
+    for (gap, preset) in [0.02, 0.004, 0.0012, 0.0005]
+        .into_iter()
+        .flat_map(|gap| [Preset::Robust, Preset::Faithful].map(|preset| (gap, preset)))
+    {
+        let [body, small] = beside(gap);
+        let both = joined(&body, &small);
+        for secret in [1, 2, 3] {
+            let after = copy(&both, preset, secret);
+            let new = new_intersections(&Change::new(&both.points, &after, &both.triangles));
+            assert_eq!(new, 0, "{gap} {preset:?} {secret}");
+        }
+    }
+}
+
 #[test]
 fn a_shell_close_about_a_body_stays_outside() {
     let body = shapes::bumpy_sphere(700);

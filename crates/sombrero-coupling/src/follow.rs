@@ -3,13 +3,16 @@
 //! - On an edge between its ends (a T-junction): d = (1 - t) d_a + t d_b.
 //! - Near a larger part, as clothes are near a body, or lines near the surface that they are drawn on: as its closest
 //!   point, d = Σ w_k d_k with the weights of that in its triangle. It fades: from a hundredth of the model away to two
-//!   the point takes back its own displacement.
+//!   the point takes back its own displacement. So moves a layer, which has a rim or lies near with more than half of its
+//!   area, and what touches or cuts the larger part. A solid that stands beside it with clearance is free: its near side would go
+//!   along and its far side would not, which bends it.
 
 use crate::Assembly;
+use crate::clearance::clear;
 use crate::parts::Parts;
 use crate::sites::{Sites, same};
 use nalgebra::Matrix3;
-use sombrero_mesh::Edges;
+use sombrero_mesh::{Edges, geometry};
 use sombrero_spatial::Surface;
 use std::collections::BTreeMap;
 
@@ -18,6 +21,9 @@ const NEAR: f64 = 0.01;
 
 /// And here it no longer does.
 const FAR: f64 = 2.0 * NEAR;
+
+/// And so near a solid touches it.
+const TOUCHING: f64 = 0.1 * NEAR;
 
 /// An end of an edge is at least this many reaches away from a point on it.
 const ENDS: f64 = 2.0;
@@ -69,7 +75,7 @@ pub(crate) fn following(assembly: &Assembly<'_>, sites: &Sites, edges: &Edges, p
     let mut found = Following::default();
     on_edges(assembly, sites, edges, parts, &mut found);
     let mut near = Following::default();
-    on_larger_parts(sites, parts, &mut near);
+    on_larger_parts(assembly, sites, edges, parts, &mut near);
     near.held.retain(|point| !found.rows.contains_key(point));
     found.held.extend(near.held);
     for (point, follow) in near.rows {
@@ -128,22 +134,57 @@ fn on_edges(assembly: &Assembly<'_>, sites: &Sites, edges: &Edges, parts: &Parts
 }
 
 /// Points near parts that are larger than theirs, and points without a triangle near any.
-fn on_larger_parts(sites: &Sites, parts: &Parts, found: &mut Following) {
+fn on_larger_parts(
+    assembly: &Assembly<'_>,
+    sites: &Sites,
+    edges: &Edges,
+    parts: &Parts,
+    found: &mut Following,
+) {
     let smaller = |point: u32| parts.of_point[point as usize] > 0;
     if parts.count == 0 || !sites.point.iter().any(|&point| smaller(point)) {
         return;
     }
     let surface = Surface::new(&sites.at, &sites.triangles);
+    let mut near = Vec::new();
     for (site, (p, &point)) in (0..).zip(sites.at.iter().zip(&sites.point)) {
         let part = parts.of_point[point as usize];
         let accept = |face: u32| parts.of_triangle[sites.face[face as usize] as usize] < part;
         let closest = if smaller(point) { surface.closest_where(p, FAR * parts.side, accept) } else { None };
-        if let Some(closest) = closest {
+        near.extend(closest.map(|closest| (site, own_share(closest.distance() / parts.side), closest)));
+    }
+    let mut along = vec![0.0_f64; assembly.points.len()];
+    for (site, own, _) in &near {
+        let along = &mut along[sites.point[*site as usize] as usize];
+        *along = along.max(1.0 - own);
+    }
+    let solids = solids(assembly, edges, parts, &along);
+    let free = clear(sites, &surface, parts, &solids, TOUCHING * parts.side);
+    for (site, own, closest) in near {
+        let point = sites.point[site as usize];
+        if !free.get(parts.of_point[point as usize] as usize).is_some_and(|free| *free) {
             let corners = sites.triangles[closest.face as usize];
             let weights = [0, 1, 2].map(|k| (corners[k], closest.barycentric[k]));
-            found.add(point, follow(sites, site, own_share(closest.distance() / parts.side), &weights));
+            found.add(point, follow(sites, site, own, &weights));
         }
     }
+}
+
+/// Which parts with points that would go along with a larger one, as far as `along` says, are no layers: they have no rim, and more
+/// than half of their area would stay.
+fn solids(assembly: &Assembly<'_>, edges: &Edges, parts: &Parts, along: &[f64]) -> Vec<bool> {
+    let mut solid = vec![false; parts.count];
+    let mut more_than_half = vec![0.0; parts.count];
+    for (corners, &part) in assembly.triangles.iter().zip(&parts.of_triangle) {
+        let [a, b, c] = corners.map(|v| &assembly.points[v as usize]);
+        let share: f64 = corners.iter().map(|&v| along[v as usize] / 3.0).sum();
+        solid[part as usize] |= share > 0.0;
+        more_than_half[part as usize] += geometry::area_vector(a, b, c).norm() * (share - 0.5);
+    }
+    for (side, &edge) in edges.of_side.iter().enumerate() {
+        solid[parts.of_triangle[side / 3] as usize] &= edges.sides[edge as usize] != 1;
+    }
+    solid.iter().zip(more_than_half).map(|(solid, more)| *solid && more <= 0.0).collect()
 }
 
 /// 0 near, 1 far, and smooth between.

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod clearance;
 mod coupling;
 mod facing;
 mod follow;

@@ -115,6 +115,53 @@ fn what_lies_close_above_moves_with_it() {
     }
 }
 
+/// A ball and a ball of half its size beside it, this many largest sides apart; less than nothing where they cut.
+fn beside(gap: f64) -> Soup {
+    let ball = shapes::sphere(3);
+    let side = ball.bounding_box().unwrap().largest_side();
+    let half = |p: &Point3<f64>| Point3::from(p.coords / 2.0 + Vector3::x() * side * (0.75 + gap));
+    let smaller = Soup::new(ball.points.iter().map(half).collect(), ball.triangles.clone());
+    together(&[ball, smaller])
+}
+
+#[test]
+fn a_solid_that_stands_beside_a_larger_one_is_free_until_it_touches() {
+    assert!(coupling(&beside(0.004), &[]).is_free());
+    for gap in [0.0005, -0.005, -0.1] {
+        assert!(!coupling(&beside(gap), &[]).is_free(), "{gap}");
+    }
+}
+
+/// A rod through a plate: no vertex of the one is near the other, but its edges cut it.
+#[test]
+fn a_solid_that_cuts_a_larger_one_goes_along_where_it_comes_near() {
+    let block = |x: f64, y: f64, z: f64, up: f64| {
+        let mut cube = shapes::cube();
+        let half = cube.bounding_box().unwrap().largest_side() / 2.0;
+        let centre = cube.points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / 8.0;
+        cube.points.iter_mut().for_each(|p| {
+            let v = (p.coords - centre) / half;
+            *p = Point3::new(v.x * x, v.y * y, v.z * z + up);
+        });
+        cube
+    };
+    let plate = block(1.0, 1.0, 0.005, 0.0);
+    // Its lower end is a fiftieth below the plate, and its upper far above.
+    let rod = |up: f64| together(&[plate.clone(), block(0.05, 0.05, 0.5, up)]);
+    assert!(!coupling(&rod(0.48), &[]).is_free());
+    assert!(coupling(&rod(0.51), &[]).is_free());
+}
+
+#[test]
+fn a_closed_layer_moves_with_what_it_lies_on() {
+    let ball = shapes::sphere(3);
+    let shell = Soup::new(ball.points.iter().map(|p| p * 1.01).collect(), ball.triangles.clone());
+    let both = together(&[shell, ball]);
+    let count = both.points.len() / 2;
+    let coupling = coupling(&both, &[]);
+    assert_eq!(coupling.rows().count(), count);
+}
+
 #[test]
 fn points_that_no_triangle_has_follow_the_surface_below() {
     let mut soup = square();
