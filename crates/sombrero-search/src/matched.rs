@@ -1,7 +1,7 @@
 //! Which vertex is which, by the connectivity: for suspects that were renumbered or cropped. Where it permits several ways, the
 //! shape decides.
 
-use crate::limits::{MOST_POSES, TOLD_APART};
+use crate::limits::{TOLD_APART, most_matchings};
 use crate::model::Model;
 use crate::pairs::Pairs;
 use nalgebra::Point3;
@@ -26,8 +26,8 @@ pub(crate) fn matched(model: &Model, suspect: &Soup) -> Matched {
         let pairs = Pairs::from_iter(pairs);
         pairs.placement().map_or(f64::INFINITY, |placement| pairs.sum_of_squares(&placement))
     };
-    let matchings =
-        best_matchings(&original.triangles, points, &suspect.triangles, others, MOST_POSES, &misfit);
+    let most = most_matchings(points);
+    let matchings = best_matchings(&original.triangles, points, &suspect.triangles, others, most, &misfit);
     let place = |v: Option<u32>| v.and_then(|v| suspect.points.get(v as usize).copied());
     let places = |m: &VertexMatching| m.of_first.iter().map(|v| place(*v)).collect::<Vec<_>>();
     let fitted = matchings.found.iter().map(places).filter_map(|found| {

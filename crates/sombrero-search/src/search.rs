@@ -36,8 +36,8 @@ const FEW: usize = 2;
 /// What is said of such a shape.
 const ENDLESS: &str = "The original goes onto itself in endlessly many ways, as balls and bodies of revolution do, \
                        and no fit tells which of them is right: few were tried. Where vertices and triangles are \
-                       kept the mark is found; else put the suspect onto the original by hand and take it as it is \
-                       (registration never).";
+                       kept the mark is found as a rule; else put the suspect onto the original by hand and take it \
+                       as it is (registration never).";
 
 /// A search that is over.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 use crate::error::SearchError;
 use crate::examiner::{Examiner, Hypothesis};
-use crate::limits::CORRESPONDS;
+use crate::limits::{CORRESPONDS, MOST_POSES};
 use crate::original::Original;
 use crate::pairs::Pairs;
 use crate::placement::Placement;
@@ -61,7 +61,8 @@ impl Correspondence {
     }
 }
 
-/// Examines every correspondence with each of these nuisances. One that fits the original closes the search.
+/// Examines every correspondence with each of these nuisances, or with the first of them where there are very many. One that fits the
+/// original closes the search.
 pub(crate) fn by_vertices<E: Examiner>(
     original: &Original,
     correspondences: &[Correspondence],
@@ -69,6 +70,7 @@ pub(crate) fn by_vertices<E: Examiner>(
     tally: &mut Tally<'_, E>,
 ) -> Result<(), E::Error> {
     tally.take(correspondences.len());
+    let nuisances = if correspondences.len() > MOST_POSES { &nuisances[..1] } else { nuisances };
     for correspondence in correspondences {
         if tally.is_over() {
             break;
