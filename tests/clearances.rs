@@ -5,7 +5,7 @@
 use nalgebra::Point3;
 use proptest::prelude::*;
 use sombrero::attacks::{Scheme, Subdivision, subdivide};
-use sombrero::fidelity::{Change, new_intersections};
+use sombrero::fidelity::{Change, Places, cracks, flatness, new_intersections};
 use sombrero::io::{Document, Format};
 use sombrero::mesh::{Facets, Soup};
 use sombrero::shapes;
@@ -71,6 +71,42 @@ fn wall_stays_thick(thickness: f64, secret: u8) {
     let left = least(front, back);
     assert!(left > 0.9 * thickness, "{thickness} became {left}");
     assert_eq!(new_intersections(&Change::new(&wall.points, &after, &wall.triangles)), 0);
+}
+
+/// Needles, as exports of CAD have them: an edge of each is cut a few millionths of the side from one of its ends.
+fn with_needles(soup: &Soup, every: usize) -> Soup {
+    let mut cut = soup.clone();
+    for side in (0..soup.triangles.len() * 3).step_by(every) {
+        let [a, b, c] = [0, 1, 2].map(|k| cut.triangles[side / 3][(side + k) % 3]);
+        let runs = |t: &[u32; 3]| (0..3).find(|&k| t[k] == b && t[(k + 1) % 3] == a);
+        let Some((other, k)) = (0..).zip(&cut.triangles).find_map(|(i, t)| Some((i as usize, runs(t)?)))
+        else {
+            continue;
+        };
+        let d = cut.triangles[other][(k + 2) % 3];
+        let [p, q] = [a, b].map(|v| cut.points[v as usize]);
+        let new = cut.points.len() as u32;
+        cut.points.push(p + (q - p).normalize() * 5e-7);
+        cut.triangles[side / 3] = [a, new, c];
+        cut.triangles[other] = [b, new, d];
+        cut.triangles.extend([[new, b, c], [new, a, d]]);
+    }
+    cut
+}
+
+/// The ends of needles stay together, and the planes at them planar.
+#[test]
+fn needles_do_not_open() {
+    let part = with_needles(&shapes::part(shapes::PART_RESOLUTION), 97);
+    let needles = part.points.len() - shapes::part(shapes::PART_RESOLUTION).points.len();
+    assert!(needles > 10, "{needles}");
+    for secret in [1, 2] {
+        let after = copy(&part, Preset::Faithful, secret);
+        let found = cracks(&Places::new(&part.points, &after).with_tolerance(1e-6));
+        assert!(found.before > 4e-7 && found.after < found.before + 1e-6, "{found:?}");
+        let bent = flatness(&Change::new(&part.points, &after, &part.triangles)).unwrap();
+        assert!(bent < 1e-6, "{bent}");
+    }
 }
 
 /// A body and one of a third of its size that stands so far from it, in its largest sides.

@@ -1,7 +1,7 @@
 //! What is left of a field of displacements when nothing may come apart.
 
-use crate::follow::{Follow, following};
-use crate::meet::{Group, groups};
+use crate::follow::{Follow, Following, following};
+use crate::meet::{Group, groups, meeting};
 use crate::parts::Parts;
 use crate::sites::Sites;
 use crate::solve::{Equation, Terms, eliminate};
@@ -62,12 +62,17 @@ impl Coupling {
         let parts = Parts::new(assembly.points, assembly.triangles, &edges);
         let shown = |part: &u32| *part != u32::MAX || assembly.draws_loose;
         let loose = parts.of_point.iter().filter(|part| shown(part)).any(|part| *part != 0);
-        if assembly.places.is_empty() && !loose && edges.sides.iter().all(|sides| *sides > 1) {
+        let one_and_closed =
+            assembly.places.is_empty() && !loose && edges.sides.iter().all(|sides| *sides > 1);
+        if one_and_closed && meeting(assembly.points, assembly.reach).is_empty() {
             return Self::default();
         }
         let sites = Sites::new(assembly, &edges);
-        let groups = groups(&sites, assembly.reach, assembly.points.len());
-        let following = following(assembly, &sites, &edges, &parts);
+        let groups = groups(&sites, assembly.reach);
+        let following = match one_and_closed {
+            true => Following::default(),
+            false => following(assembly, &sites, &edges, &parts),
+        };
         if groups.is_empty() && following.rows.is_empty() {
             return Self::default();
         }

@@ -18,6 +18,7 @@ mod thin;
 pub use coupling::{Assembly, Coupling, Shown, Weights};
 pub use facing::{Facing, facing};
 pub use join::{join, reach};
+pub use meet::meeting;
 /// The crate whose points stand in the signatures here.
 pub use nalgebra;
 pub use spread::{Link, spread};

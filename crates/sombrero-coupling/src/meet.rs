@@ -11,8 +11,9 @@
 
 use crate::pairs::close_pairs;
 use crate::sites::{Sites, same, tidied};
-use nalgebra::{Matrix3, RowVector3, Vector3};
-use std::collections::BTreeMap;
+use nalgebra::{Matrix3, Point3, RowVector3, Vector3};
+use sombrero_mesh::connected;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A map that moves z by less than this has not been asked for.
 const ASKED: f64 = 1e-7;
@@ -29,6 +30,20 @@ pub(crate) struct Group {
     pub(crate) free: Matrix3<f64>,
 }
 
+/// Points of one surface that meet, whatever connects them: groups of two at least, in order of their first points. O(n log n).
+///
+/// # Panics
+/// When `reach` is shorter than `points`.
+pub fn meeting(points: &[Point3<f64>], reach: &[f64]) -> Vec<Vec<u32>> {
+    let pairs = close_pairs(points, reach);
+    let leaders = connected(points.len(), pairs.iter().map(|pair| pair.ends));
+    let mut groups: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    for &v in pairs.iter().flat_map(|pair| &pair.ends) {
+        groups.entry(leaders[v as usize]).or_default().insert(v);
+    }
+    groups.into_values().map(|group| group.into_iter().collect()).collect()
+}
+
 /// d_q = map · d_p for a meeting of two.
 struct Meeting {
     to: u32,
@@ -36,18 +51,11 @@ struct Meeting {
 }
 
 /// All groups, by first member.
-pub(crate) fn groups(sites: &Sites, reach: &[f64], points: usize) -> Vec<Group> {
-    if sites.at.len() == points {
-        return Vec::new();
-    }
+pub(crate) fn groups(sites: &Sites, reach: &[f64]) -> Vec<Group> {
     let reaches: Vec<f64> = sites.point.iter().map(|&v| reach[v as usize]).collect();
     let mut meetings: BTreeMap<u32, Vec<Meeting>> = BTreeMap::new();
     for pair in close_pairs(&sites.at, &reaches) {
         let [a, b] = pair.ends;
-        // Where both stand first they were joined, or must not be.
-        if sites.place[a as usize] == sites.place[b as usize] {
-            continue;
-        }
         for (from, to) in [(a, b), (b, a)] {
             let meeting = Meeting { to: sites.point[to as usize], map: sites.carried(from, to) };
             meetings.entry(sites.point[from as usize]).or_default().push(meeting);

@@ -115,6 +115,25 @@ fn what_lies_close_above_moves_with_it() {
     }
 }
 
+/// The two ends of a needle, and two places of one surface that touch: whatever connects them, they stay together.
+#[test]
+fn points_of_one_part_that_meet_move_together() {
+    let ball = shapes::sphere(3);
+    let [a, b, _] = ball.triangles[0];
+    let far = (0..ball.points.len() as u32)
+        .find(|v| ball.triangles.iter().all(|t| !(t.contains(v) && t.contains(&a))));
+    for other in [b, far.unwrap()] {
+        let mut soup = ball.clone();
+        soup.points[other as usize] = soup.points[a as usize] + Vector3::new(0.0, 0.0, 1e-7);
+        let coupling = coupling(&soup, &[]);
+        let shifts: Vec<_> = (0..soup.points.len()).map(|v| Vector3::new(v as f64, 1.0, -2.0)).collect();
+        let moved = coupling.apply(&shifts);
+        assert_eq!(moved[a as usize], moved[other as usize]);
+        assert_eq!(moved[a as usize], (shifts[a as usize] + shifts[other as usize]) / 2.0);
+        assert_eq!(coupling.rows().count(), 2);
+    }
+}
+
 /// A ball and a ball of half its size beside it, this many largest sides apart; less than nothing where they cut.
 fn beside(gap: f64) -> Soup {
     let ball = shapes::sphere(3);

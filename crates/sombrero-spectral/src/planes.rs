@@ -13,6 +13,7 @@
 use crate::jacobi::eigen;
 use crate::surface::Surface;
 use nalgebra::{Matrix3, Point3, Vector3};
+use sombrero_coupling::{meeting, reach};
 use sombrero_mesh::PlanarRegions;
 use std::collections::BTreeMap;
 
@@ -231,7 +232,7 @@ impl Inverse {
     }
 }
 
-/// The regions of the faces around each vertex, each once, in order.
+/// The regions of the faces around each vertex, and around those that it meets and will move with, each once, in order.
 fn vertex_sets(surface: &Surface, of_face: &[Option<u32>]) -> Vec<Vec<u32>> {
     let mut sets = vec![Vec::new(); surface.points.len()];
     for (corners, region) in surface.triangles.iter().zip(of_face) {
@@ -243,6 +244,12 @@ fn vertex_sets(surface: &Surface, of_face: &[Option<u32>]) -> Vec<Vec<u32>> {
                 }
             }
         }
+    }
+    for group in meeting(&surface.points, &reach(&surface.points, &surface.triangles, &[])) {
+        let mut all: Vec<u32> = group.iter().flat_map(|&v| sets[v as usize].iter().copied()).collect();
+        all.sort_unstable();
+        all.dedup();
+        group.iter().for_each(|&v| sets[v as usize].clone_from(&all));
     }
     sets
 }
