@@ -311,6 +311,33 @@ fn two_equal_components_change_places() {
     assert!(covers(&matchings, &both, &both));
 }
 
+/// Each of several turned bodies has many places, and all of them together have the product; the best is found all the same.
+#[test]
+fn the_best_matching_of_several_symmetric_components_is_the_right_one() {
+    let mut all = Soup::default();
+    for (i, part) in
+        [shapes::vase(40, 20), shapes::vase(40, 20), shapes::sphere(3), shapes::torus(30, 20, 1.0, 0.4)]
+            .into_iter()
+            .enumerate()
+    {
+        let first = all.points.len() as u32;
+        // Each turned by itself, so that two alike do not lie alike.
+        let turn = nalgebra::Rotation3::from_euler_angles(i as f64, 0.5 * i as f64, 0.0);
+        all.points.extend(part.points.iter().map(|p| turn * p + nalgebra::Vector3::x() * (4.0 * i as f64)));
+        all.triangles.extend(part.triangles.iter().map(|corners| corners.map(|v| v + first)));
+    }
+    let n = all.points.len();
+    let (second, place) = renumbered(&all.triangles, n, 11);
+    let mut points = all.points.clone();
+    place.iter().zip(&all.points).for_each(|(&v, p)| points[v as usize] = *p);
+    let misfit = |pairs: &[(u32, u32)]| -> f64 {
+        pairs.iter().map(|&(s, f)| (points[s as usize] - all.points[f as usize]).norm_squared()).sum()
+    };
+    let best = best_matchings(&all.triangles, n, &second, n, 24, &misfit);
+    assert_eq!(best.found[0].of_first, expected(&place, &second));
+    assert!(best.found.len() <= 24);
+}
+
 #[test]
 fn small_symmetric_components_do_not_multiply_matchings() {
     let body = irregular(4, 1);

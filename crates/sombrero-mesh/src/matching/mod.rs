@@ -282,15 +282,18 @@ impl<'m> Search<'m> {
                 misfit: before + misfit,
                 placement,
             }));
+            if self.wanted.misfit.is_some() {
+                // Many assignments with many places each would fill the memory.
+                keep_best(&mut ways);
+                ways.truncate(self.wanted.most.max(1));
+            }
         }
-        let best = ways.iter().map(|way| way.placement.faces.len()).max();
-        if best.is_none() || (minor && (ambiguous || cut_short)) {
+        if ways.is_empty() || (minor && (ambiguous || cut_short)) {
             self.assignments = assignments;
             component.given_up |= cut_short;
             return false;
         }
-        ways.retain(|way| Some(way.placement.faces.len()) == best);
-        ways.sort_by(|x, y| x.misfit.total_cmp(&y.misfit).then((x.rank, x.source).cmp(&(y.rank, y.source))));
+        keep_best(&mut ways);
         let most = self.wanted.most.max(1);
         self.truncated |= cut_short || (self.wanted.misfit.is_none() && ways.len() > most);
         ways.truncate(most);
@@ -430,6 +433,13 @@ fn seeds(faces: &[u32], lookalikes: &Lookalikes, is_inner: impl Fn(u32) -> bool)
     let all = rarest(&mut faces.iter().copied());
     let inner = rarest(&mut faces.iter().copied().filter(|&face| is_inner(face)));
     all.chain(inner).collect()
+}
+
+/// Keeps those with the most faces, in order of misfit.
+fn keep_best(ways: &mut Vec<Way>) {
+    let most = ways.iter().map(|way| way.placement.faces.len()).max();
+    ways.retain(|way| Some(way.placement.faces.len()) == most);
+    ways.sort_by(|x, y| x.misfit.total_cmp(&y.misfit).then((x.rank, x.source).cmp(&(y.rank, y.source))));
 }
 
 /// One assignment for each way.
