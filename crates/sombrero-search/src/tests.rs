@@ -289,6 +289,24 @@ fn one_part_alone_is_found() {
     let first = bumpy_sphere(400).points.len() as u32;
     marked.triangles.retain(|t| t[0] >= first);
     let (alone, _) = laid_elsewhere(&marked).compacted();
+    // Its connectivity says which part it is, in as many ways as it is symmetric, and its shape which of them is right.
+    let found = looks(&original, &alone);
+    assert!(found[0].look == Look::Whole && found.iter().all(|looked| looked.look != Look::Parts));
+    assert!(found[0].examiner.seen[0].pose.is_some());
+}
+
+/// Whichever part's connectivity it has, its shape says which it is.
+#[test]
+fn one_of_two_parts_of_like_connectivity_is_found() {
+    let ball = bumpy_sphere(400);
+    let first = ball.points.len();
+    let mut soup = ball.clone();
+    soup.points.extend(ball.points.iter().map(|p| Point3::new(3.0 + p.x, 1.2 * p.y, p.z)));
+    soup.triangles.extend(ball.triangles.iter().map(|t| t.map(|v| v + first as u32)));
+    let original = original(&soup);
+    let mut marked = marked(&original);
+    marked.triangles.retain(|t| t[0] >= first as u32);
+    let (alone, _) = laid_elsewhere(&marked).compacted();
     let looks = looks(&original, &alone);
     let parts = looks.iter().find(|looked| looked.look == Look::Parts).unwrap();
     assert_eq!(parts.parts.iter().map(|part| (part.part, part.component)).collect::<Vec<_>>(), [(1, 0)]);
